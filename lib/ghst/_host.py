@@ -1,0 +1,58 @@
+# host only
+"""CPython stand-ins for MicroPython's viper, so that the same decoder source runs on both.
+
+MicroPython compiles the functions marked `@micropython.viper` to machine code; pointer parameters
+are then raw addresses. Here they become `memoryview`s of the same element type, so an index
+outside the buffer raises `IndexError` instead of reading foreign memory.
+"""
+
+import functools
+import inspect
+
+
+class _Pointer:
+    """Turns a buffer into a view of unsigned bytes, unsigned halfwords or signed words."""
+
+    def __init__(self, code):
+        self.code = code
+
+    def __call__(self, buffer):
+        if type(buffer) is memoryview and buffer.format == self.code:
+            return buffer
+        view = memoryview(buffer)
+        return view if view.format == self.code else view.cast("B").cast(self.code)
+
+
+ptr8 = _Pointer("B")
+ptr16 = _Pointer("H")
+ptr32 = _Pointer("i")
+
+
+def const(value):
+    """Returns `value`; MicroPython's compiler folds it into the code."""
+    return value
+
+
+class micropython:
+    """Carries the decorator under the name that MicroPython's compiler looks for."""
+
+    @staticmethod
+    def viper(function):
+        """Converts the pointer parameters of `function`, as a viper function does on entry."""
+        parameters = inspect.signature(function).parameters.values()
+        pointers = tuple(
+            (position, parameter.annotation)
+            for position, parameter in enumerate(parameters)
+            if isinstance(parameter.annotation, _Pointer)
+        )
+        if not pointers:
+            return function
+
+        @functools.wraps(function)
+        def convert(*arguments):
+            values = list(arguments)
+            for position, pointer in pointers:
+                values[position] = pointer(values[position])
+            return function(*values)
+
+        return convert
