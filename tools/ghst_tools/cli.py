@@ -14,6 +14,7 @@ COMMANDS = {
     "micropython": ("ghst_tools.micropython_image", "Print the MicroPython image, getting it."),
     "image": ("ghst_tools.filesystem", "Write a board's file-system image."),
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
+    "emulate": ("ghst_tools.emulator.console_server", "Run the emulated board on a TCP port."),
     "mip-manifest": ("ghst_tools.mip", "Write package.json for lib/ghst."),
 }
 
