@@ -21,6 +21,7 @@ from ghst_tools.errors import GhstError
 
 _SLICE_NS = 2_000_000
 _CHUNK = 4096
+_UNREAD = 256  # CFG_TUD_CDC_TX_BUFSIZE of MicroPython's rp2 port
 
 
 class ConsoleServer:
@@ -83,8 +84,8 @@ class ConsoleServer:
             return
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._client = client
-        # A port that nobody had open has lost what the board said.
-        self._sent = len(self.board.console.output)
+        # While nobody has the port open, the board's transmit FIFO keeps the newest bytes.
+        self._sent = max(self._sent, len(self.board.console.output) - _UNREAD)
 
     def _to_client(self) -> None:
         output = self.board.console.output

@@ -1,0 +1,124 @@
+"""The pins of the board: what the chip drives, what the host drives, and the level between them.
+
+This is the repair of rp2040py defect 6: it does not feed an output back to the input of the same
+pad. Here an input reads the level on the pin, whoever makes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+from rp2040py.gpio_pin import GPIOPinState
+
+from ghst_tools.emulator.pio import PioBlocks
+
+Cause = Literal["device", "host"]
+PadWatcher = Callable[[float, bool | None], None]
+LevelWatcher = Callable[[float, bool | None, Cause], None]
+
+_DRIVEN = {GPIOPinState.HIGH: True, GPIOPinState.LOW: False}
+_PULLED = {GPIOPinState.INPUT_PULL_UP: True, GPIOPinState.INPUT_PULL_DOWN: False}
+
+
+class Pin:
+    """One pin. Levels are True (high), False (low) or None (nobody decides)."""
+
+    def __init__(self, mcu: Any, pio: PioBlocks, number: int) -> None:
+        self.number = number
+        self._gpio = mcu.gpio[number]
+        self._clock = mcu.clock
+        self._pio = pio
+        self._state = self._gpio.value
+        self._host: bool | None = None
+        self._external_pull: bool | None = None
+        self._driven = False
+        self._level: bool | None = None
+        self._pad_watchers: tuple[PadWatcher, ...] = ()
+        self._level_watchers: tuple[LevelWatcher, ...] = ()
+        self._gpio.add_listener(self._pad_changed)
+        self._resolve("device")
+
+    @property
+    def level(self) -> bool | None:
+        """The level on the pin, pull resistors included."""
+        return self._level
+
+    @property
+    def device(self) -> bool | None:
+        """What the chip drives; None: its output is off."""
+        return _DRIVEN.get(self._state)
+
+    @property
+    def host(self) -> bool | None:
+        """What the host drives; None: released."""
+        return self._host
+
+    def drive(self, level: bool | None) -> None:
+        """Drive the pin from outside (a push button, a receiver), or release it with None."""
+        if level is not self._host:
+            self._host = level
+            self._resolve("host")
+
+    def pull(self, level: bool | None) -> None:
+        """Put a resistor outside the chip to high or low, or take it away with None."""
+        self._external_pull = level
+        self._resolve("host")
+
+    def watch(self, watcher: PadWatcher) -> Callable[[], None]:
+        """Call `watcher(t_ns, level)` whenever what the chip drives changes.
+
+        Returns a function that ends it. Watchers are called in the order they were added.
+        """
+        self._pad_watchers += (watcher,)
+
+        def unsubscribe() -> None:
+            self._pad_watchers = tuple(w for w in self._pad_watchers if w is not watcher)
+
+        return unsubscribe
+
+    def watch_level(self, watcher: LevelWatcher) -> Callable[[], None]:
+        """Call `watcher(t_ns, level, cause)` whenever the level on the pin changes."""
+        self._level_watchers += (watcher,)
+
+        def unsubscribe() -> None:
+            self._level_watchers = tuple(w for w in self._level_watchers if w is not watcher)
+
+        return unsubscribe
+
+    def refresh(self) -> None:
+        """Look at the pad again: a chip reset changes it without telling anybody."""
+        self._pad_changed(self._gpio.value, self._state)
+
+    def _pad_changed(self, state: Any, _before: Any) -> None:
+        before, self._state = _DRIVEN.get(self._state), state
+        level = _DRIVEN.get(state)
+        self._resolve("device")
+        if level is not before:
+            now = self._clock.nanos
+            for watcher in self._pad_watchers:
+                watcher(now, level)
+
+    def _resolve(self, cause: Cause) -> None:
+        level = _DRIVEN.get(self._state)
+        if level is None:
+            level = self._host
+        if level is None:
+            level = self._external_pull
+        driven = level is not None
+        if level is None:
+            level = _PULLED.get(self._state)
+        if level is self._level and driven is self._driven:
+            return
+        changed = level is not self._level
+        self._level, self._driven = level, driven
+        self._pio.catch_up()
+        if driven:
+            self._gpio.set_input_value(level)
+        else:
+            self._gpio.release_input()
+        self._pio.arm()
+        if changed:
+            now = self._clock.nanos
+            for watcher in self._level_watchers:
+                watcher(now, level, cause)
