@@ -6,7 +6,19 @@ says there what it is for.
 """
 
 from ghst_tools.emulator.board import Board
+from ghst_tools.emulator.meters import Pulse, PulseMeter
+from ghst_tools.emulator.receiver import DownlinkFrame, GhostReceiver, SentFrame
 from ghst_tools.emulator.repl import DeviceError
-from ghst_tools.emulator.wire import Wire
+from ghst_tools.emulator.wire import Edge, Wire
 
-__all__ = ["Board", "DeviceError", "Wire"]
+__all__ = [
+    "Board",
+    "DeviceError",
+    "DownlinkFrame",
+    "Edge",
+    "GhostReceiver",
+    "Pulse",
+    "PulseMeter",
+    "SentFrame",
+    "Wire",
+]

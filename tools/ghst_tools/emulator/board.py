@@ -24,7 +24,7 @@ from rp2040py.rp2040 import RP2040
 from rp2040py.simulator import Simulator
 from rp2040py.utils.logging import ConsoleLogger, LogLevel
 
-from ghst_tools.emulator import pio
+from ghst_tools.emulator import pio, pwm, watchdog
 from ghst_tools.emulator.flash import find_filesystem
 from ghst_tools.emulator.pins import Pin
 from ghst_tools.emulator.repl import RawRepl
@@ -50,10 +50,12 @@ class Board:
         self.clock = self.mcu.clock
         self.mcu.logger = ConsoleLogger(LogLevel.ERROR)
         self.pio = pio.install(self.mcu)
+        pwm.install(self.mcu)
+        self._watchdog = watchdog.install(self.mcu)
         self.console = Console(self.mcu)
         self.mcu.load_bootrom(BOOTROM_B1)
         self._load(image, filesystem)
-        self.mcu.watchdog.on_watchdog_trigger = self._watchdog_reset
+        self._watchdog.on_watchdog_trigger = self._watchdog_reset
         self._cycles_before_reset = 0
         self.resets: list[tuple[float, str]] = []
         self._stop_alarm = self.clock.create_alarm(self._stop)
@@ -115,13 +117,13 @@ class Board:
         """Take the power away and give it back: only the flash keeps its contents."""
         self._reset(from_watchdog=False)
         self.mcu.sram[:] = bytes(len(self.mcu.sram))
-        self.mcu.watchdog.reset()
+        self._watchdog.reset()
         self.mcu.vreg_and_chip_reset.record_reset_cause(HAD_POR)
 
     def _watchdog_reset(self) -> None:
-        cause = "timer" if self.mcu.watchdog.read_uint32(0x08) & 1 else "forced"
-        self.resets.append((self.now_ns, cause))
+        self.resets.append((self.now_ns, self._watchdog.reason))
         self._reset(from_watchdog=True)
+        self._watchdog.disable()
 
     def _reset(self, *, from_watchdog: bool) -> None:
         self._cycles_before_reset = self.cycles

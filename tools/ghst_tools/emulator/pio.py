@@ -99,7 +99,8 @@ class Pio(RPPIO):  # type: ignore[misc]
 
     def write_uint32_atomic(self, offset: int, value: int, atomic_type: int) -> None:
         self.catch_up()
-        machine = register = None
+        machine: Any = None
+        register = -1
         if _SM_FIRST <= offset < _SM_END:
             number, register = divmod(offset - _SM_FIRST, _SM_STRIDE)
             machine = self.machines[number]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
 
@@ -36,30 +36,52 @@ def encode(
     return changes, begin + 10 * bit_ns if data else start_ns
 
 
-def decode(
-    edges: Sequence[tuple[float, bool]], baud: float, now_ns: float = float("inf")
-) -> list[DecodedByte]:
-    """Read level changes of an idle-high line as 8N1, sampling in the middle of each bit.
+class SerialDecoder:
+    """Reads level changes of an idle-high line as 8N1, sampling in the middle of each bit."""
 
-    Bytes whose stop bit lies behind `now_ns` are left out.
-    """
-    bit_ns = 1e9 / baud
+    def __init__(self, baud: float) -> None:
+        self._bit_ns = 1e9 / baud
+        self._start: float | None = None
+        self._level = True
+        self._bits = 0
+        self._value = 0
+
+    @property
+    def pending(self) -> bool:
+        """Whether a byte has begun that is not complete yet."""
+        return self._start is not None
+
+    def feed(self, t_ns: float, level: bool) -> list[DecodedByte]:
+        """Take a change of level; return the byte that was complete before it, if any."""
+        done = self._sample(t_ns)
+        if self._start is None and not level and self._level:
+            self._start, self._bits, self._value = t_ns, 0, 0
+        self._level = level
+        return done
+
+    def flush(self, now_ns: float) -> list[DecodedByte]:
+        """Let time pass up to `now_ns` without a change."""
+        return self._sample(now_ns)
+
+    def _sample(self, until_ns: float) -> list[DecodedByte]:
+        if self._start is None:
+            return []
+        while self._bits < 9:
+            if self._start + (1.5 + self._bits) * self._bit_ns > until_ns:
+                return []
+            self._value |= self._level << self._bits
+            self._bits += 1
+        done = DecodedByte(self._start, self._value & 0xFF, bool(self._value & 0x100))
+        self._start = None
+        return [done]
+
+
+def decode(
+    edges: Iterable[tuple[float, bool]], baud: float, now_ns: float = float("inf")
+) -> list[DecodedByte]:
+    """Read `edges` as 8N1; bytes whose stop bit lies behind `now_ns` are left out."""
+    decoder = SerialDecoder(baud)
     found: list[DecodedByte] = []
-    index, count = 0, len(edges)
-    while index < count:
-        start, level = edges[index]
-        if level:
-            index += 1
-            continue
-        if start + 9.5 * bit_ns > now_ns:
-            break
-        value, line, position = 0, False, index + 1
-        for bit in range(9):
-            sample = start + (1.5 + bit) * bit_ns
-            while position < count and edges[position][0] <= sample:
-                line = edges[position][1]
-                position += 1
-            value |= line << bit
-        found.append(DecodedByte(start, value & 0xFF, bool(value & 0x100)))
-        index = position
-    return found
+    for t_ns, level in edges:
+        found += decoder.feed(t_ns, level)
+    return found + decoder.flush(now_ns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from ghst_tools.emulator.board import Board
@@ -32,11 +32,12 @@ class Wire:
         self.pin = board.pin(pin)
         self.edges: list[Edge] = []
         self.contention: list[float] = []
-        self._clock = board.clock
+        self.clock = board.clock
+        self._watchers: tuple[Callable[[Edge], None], ...] = ()
         self._queue: deque[tuple[float, bool | None]] = deque()
-        self._alarm = self._clock.create_alarm(self._play)
+        self._alarm = self.clock.create_alarm(self._play)
         self._overrides: list[tuple[float, float, bool | None]] = []
-        self._override_alarm = self._clock.create_alarm(self._apply_override)
+        self._override_alarm = self.clock.create_alarm(self._apply_override)
         self._override: bool | None = None
         self._wanted: bool | None = None
         self._fighting = False
@@ -48,6 +49,10 @@ class Wire:
     def level(self) -> bool:
         """The level on the wire now."""
         return bool(self.pin.level)
+
+    def watch(self, watcher: Callable[[Edge], None]) -> None:
+        """Call `watcher` with every edge from now on."""
+        self._watchers += (watcher,)
 
     def send(
         self,
@@ -61,7 +66,7 @@ class Wire:
         `at_ns` is when the first start bit begins (default: now, or after what is queued),
         `gap_ns` the idle time between two bytes. Sends have to be queued in the order of time.
         """
-        now = self._clock.nanos
+        now = self.clock.nanos
         busy_until = self._queue[-1][0] if self._queue else now
         start = max(now, busy_until) if at_ns is None else at_ns
         if start < now or start < busy_until:
@@ -88,20 +93,18 @@ class Wire:
         self, baud: float = BAUD, who: Cause | None = "device", since: float = 0.0
     ) -> list[DecodedByte]:
         """Read the edges caused by `who` (None: all) from `since` on as 8N1."""
-        chosen = [(e.t_ns, e.level) for e in self.edges if e.t_ns >= since]
-        if who is not None:
-            chosen = [(e.t_ns, e.level) for e in self.edges if e.t_ns >= since and e.who == who]
-        return decode(chosen, baud, self._clock.nanos)
+        edges = (edge for edge in self.edges if edge.t_ns >= since and who in (None, edge.who))
+        return decode(((edge.t_ns, edge.level) for edge in edges), baud, self.clock.nanos)
 
     def _schedule(self, levels: Iterable[tuple[float, bool]], end: float) -> None:
         idle = not self._queue
         self._queue.extend(levels)
         self._queue.append((end, None))
         if idle:
-            self._alarm.schedule(max(0.0, self._queue[0][0] - self._clock.nanos))
+            self._alarm.schedule(max(0.0, self._queue[0][0] - self.clock.nanos))
 
     def _play(self) -> None:
-        queue, now = self._queue, self._clock.nanos
+        queue, now = self._queue, self.clock.nanos
         level = self._wanted
         while queue and queue[0][0] <= now + 1e-6:
             level = queue.popleft()[1]
@@ -116,14 +119,14 @@ class Wire:
             self._check_contention()
 
     def _add_override(self, t0_ns: float, t1_ns: float, level: bool | None) -> None:
-        if t1_ns <= t0_ns or t0_ns < self._clock.nanos:
+        if t1_ns <= t0_ns or t0_ns < self.clock.nanos:
             raise ValueError("the interval has to lie in the future and be longer than nothing")
         self._overrides.append((t0_ns, t1_ns, level))
         self._overrides.sort(key=lambda override: override[0])
         self._apply_override()
 
     def _apply_override(self) -> None:
-        now = self._clock.nanos + 1e-6
+        now = self.clock.nanos + 1e-6
         overrides = self._overrides
         if overrides and overrides[0][1] <= now:
             del overrides[0]
@@ -138,16 +141,19 @@ class Wire:
                 self._override = (not self.level) if level is None else level
                 self.pin.drive(self._override)
                 self._check_contention()
-            self._override_alarm.schedule(t1_ns - self._clock.nanos)
+            self._override_alarm.schedule(t1_ns - self.clock.nanos)
         else:
-            self._override_alarm.schedule(t0_ns - self._clock.nanos)
+            self._override_alarm.schedule(t0_ns - self.clock.nanos)
 
     def _level_changed(self, t_ns: float, level: bool | None, cause: Cause) -> None:
-        self.edges.append(Edge(t_ns, bool(level), cause))
+        edge = Edge(t_ns, bool(level), cause)
+        self.edges.append(edge)
+        for watcher in self._watchers:
+            watcher(edge)
 
     def _check_contention(self) -> None:
         device, host = self.pin.device, self.pin.host
         fighting = device is not None and host is not None and device is not host
         if fighting and not self._fighting:
-            self.contention.append(self._clock.nanos)
+            self.contention.append(self.clock.nanos)
         self._fighting = fighting
