@@ -9,7 +9,7 @@
 `ghst.encode` builds uplink frames, `ghst.protocol` names addresses, types and RF modes.
 """
 
-from ghst.crc import crc8
+from ghst.decoder import crc8
 from ghst.receiver import Receiver
 
 __version__ = "0.1.0"

@@ -6,7 +6,6 @@ from ghst.decoder import (
     CRC_ERRORS,
     FOREIGN_FRAMES,
     FRAMES,
-    HEAD,
     LENGTH_ERRORS,
     LINK_QUALITY,
     MSP_FRAMES,
@@ -14,8 +13,6 @@ from ghst.decoder import (
     RING_ALLOCATION,
     RSSI,
     SKIPPED_BYTES,
-    STATE_WORDS,
-    TAIL,
     TX_POWER,
     UNKNOWN_FRAMES,
     VTX_BAND_CHANNEL,
@@ -24,6 +21,8 @@ from ghst.decoder import (
     VTX_FREQUENCY,
     VTX_POWER,
     append,
+    discard,
+    new_state,
     scan,
 )
 
@@ -43,7 +42,7 @@ class Receiver:
         at an address of their own choice; without it the receiver makes one.
         """
         self.ring = bytearray(RING_ALLOCATION) if ring is None else ring
-        self.state = array("i", [0] * STATE_WORDS)
+        self.state = new_state()
         self.pulses = array("H", [0] * 16)
 
     def feed(self, data, length=None):
@@ -61,14 +60,12 @@ class Receiver:
         start = 0
         while start < stop:
             start = append(self.ring, state, data, start, stop)
-            controls += scan(self.ring, state[HEAD], state, self.pulses)
+            controls += scan(self.ring, state, self.pulses)
         return controls
 
     def discard_partial(self):
         """Drops an unfinished frame, for callers that saw the line go quiet inside it."""
-        state = self.state
-        state[SKIPPED_BYTES] += (state[HEAD] - state[TAIL]) & 255
-        state[TAIL] = state[HEAD]
+        discard(self.state)
 
     @property
     def frames(self):

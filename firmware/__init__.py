@@ -1,0 +1,1 @@
+"""What turns a board into a Ghost adapter. `main.py` on the board starts `firmware.app`."""

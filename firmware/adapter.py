@@ -1,0 +1,69 @@
+"""`Adapter`: a Ghost receiver on one pin, servos on others, failsafe and watchdog between them."""
+
+from ghst import Receiver
+
+from firmware.control import FAILSAFE, LINKED, SEARCHING, Control
+from firmware.outputs import ServoOutputs
+from firmware.wire_pio import PioWire
+
+LINK_NAMES = ("searching", "linked", "failsafe")
+
+__all__ = ("FAILSAFE", "LINKED", "LINK_NAMES", "SEARCHING", "Adapter")
+
+
+class Adapter:
+    """The control path of one receiver.
+
+    Control frames move the servos from interrupts alone. The main loop calls `poll` at least once
+    a second and reads `receiver`, `link` and `status()` whenever it likes.
+    """
+
+    def __init__(self, wire_pin, channels, *, failsafe=None, failsafe_ms=500, led=None):
+        """Claims the pins; nothing moves before `start`.
+
+        `wire_pin`: GPIO of the Ghost wire. `channels`: {GPIO: channel 1..16}. `failsafe`:
+        {GPIO: outputs.HOLD, outputs.NONE or quarter microseconds}. `failsafe_ms`: 50..10000.
+        `led`: GPIO or None. Raises `ValueError` for what cannot be.
+        """
+        self.outputs = ServoOutputs(channels, failsafe=failsafe)
+        self._wire = PioWire(wire_pin)
+        self.receiver = Receiver(self._wire.ring)
+        self.control = Control(
+            self._wire, self.receiver, self.outputs, failsafe_ms=failsafe_ms, led=led
+        )
+
+    def start(self, *, watchdog=True):
+        """Begins to receive. `watchdog`: whether the chip is reset when the control path stops."""
+        self.control.start(watchdog=watchdog)
+
+    def stop(self):
+        """Makes the pins quiet and gives all hardware back."""
+        self.control.stop()
+        self.outputs.stop()
+
+    def poll(self):
+        """Says that the main loop is alive; returns `SEARCHING`, `LINKED` or `FAILSAFE`."""
+        self.control.alive()
+        return self.control.link
+
+    @property
+    def link(self):
+        """The state of the link in a word: one of `LINK_NAMES`."""
+        return LINK_NAMES[self.control.link]
+
+    def status(self):
+        """Returns a dict of everything worth showing; allocates."""
+        receiver = self.receiver
+        return {
+            "link": self.link,
+            "lq": receiver.lq,
+            "rssi_dbm": receiver.rssi_dbm,
+            "rf_mode": receiver.rf_mode,
+            "frames": receiver.frames,
+            "crc_errors": receiver.crc_errors,
+            "length_errors": receiver.length_errors,
+            "skipped_bytes": receiver.skipped_bytes,
+            "failsafes": self.control.failsafes,
+            "main_loop_stuck": self.control.stuck,
+            "pulses_us": [pulse / 4 for pulse in receiver.pulses],
+        }

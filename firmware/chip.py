@@ -1,0 +1,64 @@
+"""Register addresses of the RP2040 and the RP2350 that the control path writes to itself.
+
+Sources: RP2040 datasheet and RP2350 datasheet, chapters PWM, Timer, Watchdog, SIO, DMA, PIO.
+"""
+
+import sys
+
+
+class RP2040:
+    """Addresses on the RP2040."""
+
+    NAME = "rp2040"
+    PWM = 0x40050000
+    TIMER_RAW_LOW = 0x40054028
+    WATCHDOG = 0x40058000
+    # Erratum RP2040-E1: the counter loses two for every tick.
+    WATCHDOG_COUNTS_PER_US = 2
+    GPIO_SET = 0xD0000014
+    GPIO_CLEAR = 0xD0000018
+
+
+class RP2350:
+    """Addresses on the RP2350, both architectures."""
+
+    NAME = "rp2350"
+    PWM = 0x400A8000
+    TIMER_RAW_LOW = 0x400B0028
+    WATCHDOG = 0x400D8000
+    WATCHDOG_COUNTS_PER_US = 1
+    GPIO_SET = 0xD0000018
+    GPIO_CLEAR = 0xD0000020
+
+
+# The same on both chips.
+PWM_SLICE_SIZE = 0x14
+PWM_CONTROL = 0x00
+PWM_DIVIDER = 0x04
+PWM_COUNTER = 0x08
+PWM_COMPARE = 0x0C
+PWM_TOP = 0x10
+DMA = 0x50000000
+DMA_CHANNEL_SIZE = 0x40
+DMA_WRITE_ADDRESS = 0x04
+DMA_CONTROL = 0x10  # the alias that starts nothing
+DMA_COUNT_TRIGGER = 0x1C
+DMA_CHANNELS = 12
+PIO = (0x50200000, 0x50300000)
+PIO_FIFO = 0x20
+PIO_IRQ_FORCE = 0x34
+PIO_MACHINE_SIZE = 0x18
+PIO_EXECCTRL = 0xCC
+PIO_ADDRESS = 0xD4
+WATCHDOG_LOAD = 0x04
+WATCHDOG_ENABLE = 1 << 30
+CLEAR_BITS = 0x3000  # atomic alias of a peripheral register
+
+
+def this_chip():
+    """Returns `RP2040` or `RP2350`; raises `ValueError` on anything else."""
+    machine = sys.implementation._machine
+    for chip in (RP2040, RP2350):
+        if chip.NAME in machine.lower():
+            return chip
+    raise ValueError("no RP2040 or RP2350: " + machine)

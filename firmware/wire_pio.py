@@ -1,0 +1,154 @@
+"""The Ghost wire on one pin: a PIO program receives, DMA fills the ring that the decoder reads.
+
+The interrupt comes behind every 14th byte of a burst, which is the last byte of a frame unless
+something stood before it, and again when a burst breaks off: 150 us without a start bit while
+bytes are unaccounted for. Nothing polls, and a burst cannot overrun: DMA empties the FIFO whatever
+the CPU does.
+"""
+
+from array import array
+
+import machine
+import rp2
+import uctypes
+from ghst.decoder import RING_ALLOCATION, RING_SIZE
+from rp2 import PIO, asm_pio
+
+from firmware import chip
+
+# Sixteen PIO cycles a bit. 415 kBd is the middle of the 400..430 kBd that receivers send at, so
+# that the stop bit is still hit at either end.
+_CYCLES_PER_BIT = 16
+_BAUD_RATE = 415_000
+# The idle loop takes two cycles. Bytes of one frame may be 100 us apart.
+_GAP_LOOPS = 150 * _CYCLES_PER_BIT * _BAUD_RATE // 1_000_000 // 2
+_WAIT_LOW = 0x2020  # wait(0, pin, 0)
+
+
+# fmt: off
+# ruff: noqa: F821
+@asm_pio(in_shiftdir=PIO.SHIFT_RIGHT, autopush=True, push_thresh=8)
+def _receive():
+    # y: bytes left until the interrupt, minus one. osr: loops of a gap.
+    set(y, 13)
+    wait(0, pin, 0)             # parked between frames: no blind spot before a start bit
+    label("idle")
+    jmp(pin, "high")
+    mov(x, osr)       [5]
+    jmp(pin, "idle")            # not low in the middle of the start bit: a glitch
+    nop()             [13]
+    in_(pins, 1)      [15]
+    in_(pins, 1)      [15]
+    in_(pins, 1)      [15]
+    in_(pins, 1)      [15]
+    in_(pins, 1)      [15]
+    in_(pins, 1)      [15]
+    in_(pins, 1)      [15]
+    in_(pins, 1)      [15]
+    jmp(pin, "stop")
+    wait(1, pin, 0)             # no stop bit: a break, or out of step; the line must rise first
+    jmp("gap")
+    label("high")
+    jmp(x_dec, "idle")
+    label("gap")
+    irq(rel(0))
+    set(y, 13)
+    wait(0, pin, 0)             # parked behind a gap: the interrupt knows it by this address
+    jmp("idle")
+    label("stop")
+    jmp(y_dec, "idle")
+    irq(rel(0))
+# fmt: on
+
+
+class PioWire:
+    """Receives the Ghost wire into a ring by PIO and DMA.
+
+    `ring` is the memory for `ghst.Receiver(ring)`. `write_register`, `address_register` and
+    `gap_address` are what the interrupt needs: where DMA will write next, and whether the line has
+    gone quiet in the middle of a frame; `force_interrupt`, a register and a bit, raises it;
+    `enabled` are registers and bits that must stay set.
+    """
+
+    def __init__(self, pin, *, state_machine=0):
+        """`pin`: GPIO number; `state_machine`: 0..7 (rp2 numbering), any free one."""
+        block, index = divmod(state_machine, 4)
+        self._dreq = 8 * block + 4 + index
+        self._release_stale_channels()
+        # DMA wraps on an address that is a multiple of the ring's size.
+        self._memory = bytearray(RING_ALLOCATION + RING_SIZE)
+        address = (uctypes.addressof(self._memory) + RING_SIZE - 1) & ~(RING_SIZE - 1)
+        self.ring = uctypes.bytearray_at(address, RING_ALLOCATION)
+        pin = machine.Pin(pin, machine.Pin.IN, machine.Pin.PULL_UP)
+        self._machine = rp2.StateMachine(
+            state_machine,
+            _receive,
+            freq=_CYCLES_PER_BIT * _BAUD_RATE,
+            in_base=pin,
+            jmp_pin=pin,
+        )
+        self._machine.put(_GAP_LOOPS)
+        self._machine.exec("pull()")
+        registers = chip.PIO[block] + chip.PIO_MACHINE_SIZE * index
+        first = machine.mem32[registers + chip.PIO_EXECCTRL] >> 7 & 31
+        parked = [at for at, word in enumerate(_receive[0]) if word == _WAIT_LOW]
+        self.address_register = registers + chip.PIO_ADDRESS
+        self.gap_address = (first + parked[1]) & 31
+        self.enabled = ((chip.PIO[block], 1 << index),)
+        self.force_interrupt = (chip.PIO[block] + chip.PIO_IRQ_FORCE, 1 << index)
+        self._start_dma(address, chip.PIO[block] + chip.PIO_FIFO + 4 * index)
+
+    def _release_stale_channels(self):
+        # A soft reset leaves DMA channels running: one that still waits for this state machine
+        # would write into memory that now belongs to somebody else.
+        for channel in range(chip.DMA_CHANNELS):
+            control = chip.DMA + channel * chip.DMA_CHANNEL_SIZE + chip.DMA_CONTROL
+            request = rp2.DMA.unpack_ctrl(machine.mem32[control])
+            if request["treq_sel"] == self._dreq and request["enable"]:
+                machine.mem32[control] = 0
+
+    def _start_dma(self, address, fifo):
+        self._data = rp2.DMA()
+        self._reload = rp2.DMA()
+        registers = chip.DMA + self._data.channel * chip.DMA_CHANNEL_SIZE
+        self.write_register = registers + chip.DMA_WRITE_ADDRESS
+        self.enabled += ((registers + chip.DMA_CONTROL, 1),)
+        # A transfer count runs out one day. The second channel then writes it anew, which starts
+        # the first one again where it stopped.
+        self._count = array("I", [1 << 14])
+        self._reload.config(
+            read=self._count,
+            write=registers + chip.DMA_COUNT_TRIGGER,
+            count=1,
+            ctrl=self._reload.pack_ctrl(inc_read=False, inc_write=False),
+        )
+        self._data.config(
+            read=fifo + 3,  # shifted in from the left: the byte is the top one of the word
+            write=address,
+            count=self._count[0],
+            ctrl=self._data.pack_ctrl(
+                size=0,
+                inc_read=False,
+                ring_sel=True,
+                ring_size=8,
+                treq_sel=self._dreq,
+                chain_to=self._reload.channel,
+                high_pri=True,
+            ),
+            trigger=True,
+        )
+
+    def start(self, handler):
+        """Calls `handler(state_machine)` in a hard interrupt behind each frame or gap."""
+        self._machine.irq(handler, hard=True)
+        self._machine.active(1)
+
+    def stop(self):
+        """Stops receiving and gives the state machine and both DMA channels back."""
+        self._machine.active(0)
+        self._machine.irq(None)
+        # The chain first, or aborting the data channel starts it again (erratum RP2040-E13).
+        machine.mem32[chip.DMA + self._data.channel * chip.DMA_CHANNEL_SIZE + chip.DMA_CONTROL] = 0
+        for channel in (self._data, self._reload):
+            channel.active(False)
+            channel.close()
