@@ -9,6 +9,7 @@ from ghst_tools.emulator.board import Board
 from ghst_tools.emulator.meters import Pulse, PulseMeter
 from ghst_tools.emulator.receiver import DownlinkFrame, GhostReceiver, SentFrame
 from ghst_tools.emulator.repl import DeviceError
+from ghst_tools.emulator.vcd import VcdRecorder
 from ghst_tools.emulator.wire import Edge, Wire
 
 __all__ = [
@@ -20,5 +21,6 @@ __all__ = [
     "Pulse",
     "PulseMeter",
     "SentFrame",
+    "VcdRecorder",
     "Wire",
 ]

@@ -24,7 +24,7 @@ from rp2040py.rp2040 import RP2040
 from rp2040py.simulator import Simulator
 from rp2040py.utils.logging import ConsoleLogger, LogLevel
 
-from ghst_tools.emulator import pio, pwm, watchdog
+from ghst_tools.emulator import adc, pio, pwm, timer, watchdog
 from ghst_tools.emulator.flash import find_filesystem
 from ghst_tools.emulator.pins import Pin
 from ghst_tools.emulator.repl import RawRepl
@@ -52,6 +52,8 @@ class Board:
         self.pio = pio.install(self.mcu)
         pwm.install(self.mcu)
         self._watchdog = watchdog.install(self.mcu)
+        self._timer = timer.install(self.mcu)
+        self._adc = adc.install(self.mcu)
         self.console = Console(self.mcu)
         self.mcu.load_bootrom(BOOTROM_B1)
         self._load(image, filesystem)
@@ -97,6 +99,13 @@ class Board:
                 tail = bytes(self.console.output[-_TAIL:]).decode(errors="replace")
                 raise TimeoutError(f"nothing within {limit_ns / 1e6:.0f} ms; console: {tail!r}")
             self.run_for(min(poll_ns, left))
+
+    def advance_timer(self, us: int) -> None:
+        """Move the chip's microsecond clock forward at once, without running anything.
+
+        Alarms whose time was skipped fire at once. For tests of clocks that wrap around.
+        """
+        self._timer.advance(us)
 
     def _stop(self) -> None:
         self._simulator.stopped = True
@@ -190,3 +199,7 @@ class Board:
     def pin(self, number: int) -> Pin:
         """Return GPIO `number` (0 to 29)."""
         return self._pins[number]
+
+    def adc(self, channel: int) -> adc.AdcChannel:
+        """Return ADC input `channel`: 0 to 3 are GPIO 26 to 29, 4 is the temperature sensor."""
+        return self._adc[channel]

@@ -1,0 +1,17 @@
+"""Fixtures that more than one folder of tests needs."""
+
+from pathlib import Path
+
+import pytest
+
+import ghst_tools.micropython_image
+from ghst_tools.errors import GhstError
+
+
+@pytest.fixture(scope="session")
+def micropython_image() -> Path:
+    """The MicroPython image for the emulated Pico that `ghst micropython` would name."""
+    try:
+        return ghst_tools.micropython_image.find()
+    except GhstError as error:
+        pytest.fail(f"no MicroPython image to test with: {error}", pytrace=False)
