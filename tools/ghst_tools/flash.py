@@ -7,31 +7,21 @@ copy that is cut off leaves the board with the firmware that it had.
 import ast
 import contextlib
 import hashlib
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import click
-import serial  # type: ignore[import-untyped]
 
-from ghst_tools import boards, device_files
-from ghst_tools.board_link import connect, find_port, identify, open_port
+from ghst_tools import boards, device_files, hello
+from ghst_tools.board_link import connect, find_port, identify
 from ghst_tools.errors import GhstError
-
-HELLO = "micropython-ghst "
-"""What the application's first line on the console begins with."""
-
-HELLO_TIMEOUT_S = 10.0
-
-# A board that restarts leaves USB. What it said before the port was open again may be lost: after
-# this time, a soft reset makes it say hello once more while the port stays open.
-_ASK_AGAIN_S = 3.0
 
 _TEMPORARY = ".new"
 
-# Everything below /lib/<package> is ours. In the root, the same names would be found before /lib.
+# Everything below /lib/<package> is ours. In the root, modules of the same names would be found
+# before those in /lib: they go too, and nothing else there.
 _PACKAGES = ("ghst", "firmware")
 
 _LIST = """
@@ -112,7 +102,13 @@ def make_plan(wanted: dict[str, bytes], present: dict[str, str | None]) -> Plan:
         for path, content in wanted.items()
         if present.get(path) != hashlib.sha256(content).hexdigest()
     }
-    removals = sorted(path for path, digest in present.items() if digest and path not in wanted)
+    removals = sorted(
+        path
+        for path, digest in present.items()
+        if digest
+        and path not in wanted
+        and (path.startswith("/lib/") or path.endswith((".py", ".mpy", _TEMPORARY)))
+    )
     needed = {str(parent) for path in wanted for parent in Path(path).parents}
     folders = [path for path, digest in present.items() if digest is None and path not in needed]
     folders += [f"/{package}" for package in _PACKAGES]
@@ -155,45 +151,12 @@ def copy(transport: Any, plan: Plan, report: Callable[[str], None]) -> None:
         report(f"removed {path}")
 
 
-def wait_for_hello(port: str, timeout_s: float = HELLO_TIMEOUT_S) -> str:
-    """Wait until the application says hello on the console; returns that line.
-
-    The port may vanish and come back meanwhile. `GhstError` quotes the last line that came.
-    """
-    start = time.monotonic()
-    received = b""
-    line = None
-    asked = False
-    while time.monotonic() - start < timeout_s:
-        try:
-            if line is None:
-                line = open_port(port)
-            received += line.read(256)
-        except (GhstError, serial.SerialException):
-            line = None
-            time.sleep(0.1)
-            continue
-        for text in received.decode(errors="replace").split("\n")[:-1]:
-            if text.startswith(HELLO):
-                line.close()
-                return text.strip()
-        if not asked and time.monotonic() - start > _ASK_AGAIN_S:
-            asked = True
-            with contextlib.suppress(serial.SerialException):
-                line.write(b"\r\x03\x03\x02\x04")
-    if line is not None:
-        line.close()
-    lines = received.decode(errors="replace").replace(">>>", "").split("\n")
-    said = [text.strip() for text in lines if text.strip()]
-    last = f"its last line: {said[-1]}" if said else "it said nothing"
-    raise GhstError(f"{port}: no hello from the firmware within {timeout_s:.0f} s; {last}")
-
-
 def flash(
     board: str = boards.DEFAULT_BOARD,
     port: str | None = None,
     root: Path | None = None,
     report: Callable[[str], None] = click.echo,
+    hello_timeout_s: float = hello.TIMEOUT_S,
 ) -> str:
     """Bring a board up to date and start it; returns the application's hello line."""
     definition = boards.load(board, root)
@@ -209,8 +172,7 @@ def flash(
         report(f"{len(plan.copies)} of {len(wanted)} files copied")
         # The board is gone before it can answer.
         transport.exec_raw_no_follow("import machine; machine.reset()")
-        time.sleep(0.2)
-    return wait_for_hello(port)
+    return hello.wait_for_hello(port, hello_timeout_s)
 
 
 @click.command()

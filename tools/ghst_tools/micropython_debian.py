@@ -40,7 +40,7 @@ def build(stem: str, image: Path, *, verbose: bool, report: Report) -> None:
     _need_toolchain(verbose, report)
     log = image.parent / "build.log"
     with tempfile.TemporaryDirectory(dir=image.parent, prefix="build-") as folder:
-        steps = _Build(Path(folder), stem, log, verbose)
+        steps = Build(Path(folder), stem, log, verbose)
         report("fetching the sources of MicroPython from Debian")
         steps.fetch()
         report(f"building MicroPython for {stem} (about a minute)")
@@ -103,10 +103,11 @@ def _need_toolchain(verbose: bool, report: Report) -> None:
 
 def _environment() -> dict[str, str]:
     kept = {name: value for name, value in os.environ.items() if _INHERITED.match(name)}
-    return {**kept, "LC_ALL": "C"}
+    # MicroPython's scripts write tables in the order of Python's sets: fix that order too.
+    return {**kept, "LC_ALL": "C", "PYTHONHASHSEED": "0"}
 
 
-class _Build:
+class Build:
     """One build in a folder of its own."""
 
     def __init__(self, folder: Path, stem: str, log: Path, verbose: bool) -> None:
@@ -194,7 +195,9 @@ class _Build:
             assert top is not None
             # The date in the banner is that of the sources: the same build gives the same bytes.
             self.environment["SOURCE_DATE_EPOCH"] = str(int(top.mtime))
-            tar.extractall(self.folder, filter="data")
+            # Python 3.11.2 of Debian 12 has no filters yet; apt has checked the archive's hash.
+            tar.extraction_filter = getattr(tarfile, "data_filter", None)
+            tar.extractall(self.folder)
             self.micropython = self.folder / top.name.split("/")[0]
         port = self.micropython / "ports/rp2"
         _edit(

@@ -115,7 +115,7 @@ def find(
             try:
                 micropython_debian.build(stem, image, verbose=verbose, report=report)
                 return image
-            except GhstError as error:
+            except (GhstError, OSError) as error:
                 report(f"build from Debian's packages: {error}")
         elif allow_build:
             report(f"build from Debian's packages: they give {DEBIAN_VERSION}, not {version}")

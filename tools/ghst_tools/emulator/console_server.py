@@ -33,6 +33,7 @@ class ConsoleServer:
     def __init__(self, board: Board, port: int = 0) -> None:
         self.board = board
         self._sent = 0
+        self._resets = 0
         self._client: socket.socket | None = None
         try:
             self._listener = socket.create_server(("127.0.0.1", port))
@@ -52,6 +53,10 @@ class ConsoleServer:
             self.board.run_for(_SLICE_NS)
             due = max(due + _SLICE_NS / 1e9, time.monotonic())
             self._to_client()
+            if len(self.board.resets) != self._resets:
+                # A chip that resets drops off USB, and the port with it.
+                self._resets = len(self.board.resets)
+                self._hang_up()
             self._from_clients(due - time.monotonic())
 
     def close(self) -> None:
@@ -66,16 +71,21 @@ class ConsoleServer:
             ready, _, _ = select.select(sources, [], [], max(0.0, end - time.monotonic()))
             if not ready:
                 return
-            if self._listener in ready:
+            # The client first: who reconnects at once is not a second one.
+            if self._client in ready:
+                self._receive(self._client)
+            else:
                 self._accept()
-            elif self._client:
-                try:
-                    data = self._client.recv(_CHUNK)
-                except OSError:
-                    data = b""
-                if not data:
-                    self._hang_up()
-                self.board.console.write(data)
+
+    def _receive(self, client: socket.socket) -> None:
+        try:
+            data = client.recv(_CHUNK)
+        except OSError:
+            data = b""
+        if data:
+            self.board.console.write(data)
+        else:
+            self._hang_up()
 
     def _accept(self) -> None:
         client, _ = self._listener.accept()

@@ -1,0 +1,83 @@
+"""Which files a board gets, and how they are compiled."""
+
+from pathlib import Path
+
+import pytest
+import small_checkout
+from ghst_tools import boards, device_files
+from ghst_tools.errors import GhstError
+
+
+def collect(root: Path) -> dict[str, bytes]:
+    return device_files.collect(boards.load("rpi_pico", root), root)
+
+
+def test_a_board_gets_modules_compiled_and_main_as_it_is(tmp_path: Path) -> None:
+    root = small_checkout.make(tmp_path)
+    files = collect(root)
+    assert list(files) == small_checkout.BOARD_FILES
+    assert files["/main.py"] == (root / "firmware/main.py").read_bytes()
+    assert files["/board.json"] == (root / "boards/rpi_pico/board.json").read_bytes()
+
+
+def test_the_same_sources_give_the_same_bytes_anywhere(tmp_path: Path) -> None:
+    assert collect(small_checkout.make(tmp_path / "a")) == collect(
+        small_checkout.make(tmp_path / "other/place")
+    )
+
+
+def test_native_code_is_for_the_boards_architecture(tmp_path: Path) -> None:
+    source = tmp_path / "native.py"
+    source.write_text("import micropython\n@micropython.viper\ndef f(x: int) -> int:\n return x\n")
+    # Header of a .mpy: 'M', version 6, sub-version 3 in bits 0-1 and the architecture in bits
+    # 2-5 (4 = armv6m, 7 = armv7emsp), bits of a small int.
+    header = device_files.compile_module(source, "native.py", "armv6m")[:4]
+    assert header == bytes([ord("M"), 6, 4 << 2 | 3, 31])
+    header = device_files.compile_module(source, "native.py", "armv7emsp")[:4]
+    assert header == bytes([ord("M"), 6, 7 << 2 | 3, 31])
+
+
+def test_tracebacks_name_the_module(tmp_path: Path) -> None:
+    files = collect(small_checkout.make(tmp_path))
+    assert b"ghst/answer.py" in files["/lib/ghst/answer.mpy"]
+    assert b"firmware/sub/app.py" in files["/lib/firmware/sub/app.mpy"]
+    assert str(tmp_path).encode() not in b"".join(files.values())
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "error"),
+    [
+        ("a = 1\nb = = 2\n", 2, "SyntaxError: invalid syntax"),
+        ("def f():\n  x = 1\n y = 2\n", 2, "IndentationError: unindent"),
+        (
+            "import micropython\n@micropython.viper\ndef f():\n  x: int = 1\n  return x\n",
+            5,
+            "ViperTypeError: return expected 'object' but got 'int'",
+        ),
+    ],
+)
+def test_a_compile_error_names_file_and_line(
+    tmp_path: Path, text: str, line: int, error: str
+) -> None:
+    root = small_checkout.make(tmp_path)
+    path = root / "lib/ghst/answer.py"
+    path.write_text(text)
+    with pytest.raises(GhstError) as caught:
+        collect(root)
+    assert str(caught.value).startswith(f"{path}:{line}: {error}")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_tree_without_main_is_refused(tmp_path: Path) -> None:
+    root = small_checkout.make(tmp_path)
+    (root / "firmware/main.py").unlink()
+    with pytest.raises(GhstError, match=r"main\.py is missing"):
+        collect(root)
+
+
+def test_a_tree_without_library_is_refused(tmp_path: Path) -> None:
+    root = small_checkout.make(tmp_path)
+    for path in (root / "lib/ghst").glob("*.py"):
+        path.write_text("# host only\n")
+    with pytest.raises(GhstError, match="no modules to install"):
+        collect(root)
