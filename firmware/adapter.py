@@ -27,7 +27,7 @@ class Adapter:
         """
         self.outputs = ServoOutputs(channels, failsafe=failsafe)
         self._wire = PioWire(wire_pin)
-        self.receiver = Receiver(self._wire.ring)
+        self.receiver = Receiver(self._wire.memory)
         self.control = Control(
             self._wire, self.receiver, self.outputs, failsafe_ms=failsafe_ms, led=led
         )

@@ -10,7 +10,7 @@ import machine
 import micropython
 import rp2
 import uctypes
-from ghst.decoder import HEAD, TAIL, discard, scan
+from ghst.decoder import HEAD, LINE_QUIET, TAIL, scan
 from micropython import const
 from rp2 import asm_pio
 
@@ -47,9 +47,9 @@ _CLOCK_REGISTER = const(14)
 _WRITE_REGISTER = const(15)
 _ADDRESS_REGISTER = const(16)
 _GAP_ADDRESS = const(17)
-_RING = const(18)
-_HEAD = const(19)  # addresses of the decoder's words
-_TAIL = const(20)
+_HEAD = const(18)  # addresses of the decoder's words
+_TAIL = const(19)
+_LINE_QUIET = const(20)
 _PULSES = const(21)
 _FOLLOW_TABLE = const(22)
 _FAILSAFE_TABLE = const(23)
@@ -95,20 +95,21 @@ def _tick_program():
 # fmt: on
 
 
-def _frame_handler(context, state, pulses, decode):
+def _frame_handler(context, memory, pulses, decode):
     """Returns the interrupt handler for the end of a frame or a gap.
 
     `context`: address of the control array. The outputs are written here and nowhere else; the
-    tick raises this interrupt when failsafe begins. A closure over five variables or more would
-    allocate on every call, so the ring goes through the control array.
+    tick raises this interrupt when failsafe begins. Global names cost a microsecond, and a
+    closure over five variables would allocate on every call.
     """
 
     @micropython.viper
     def on_frame(_machine):
         c = ptr32(int(context))
-        gap = ptr32(c[_ADDRESS_REGISTER])[0] == c[_GAP_ADDRESS]
+        if ptr32(c[_ADDRESS_REGISTER])[0] == c[_GAP_ADDRESS]:
+            ptr32(c[_LINE_QUIET])[0] = 1
         ptr32(c[_HEAD])[0] = ptr32(c[_WRITE_REGISTER])[0] & 255
-        if int(decode(c[_RING], state, pulses)):
+        if int(decode(memory, pulses)):
             c[_STAMP] = ptr32(c[_CLOCK_REGISTER])[0]
             c[_LINK] = LINKED
             c[_TABLE] = c[_FOLLOW_TABLE]
@@ -132,8 +133,6 @@ def _frame_handler(context, state, pulses, decode):
                 high = (high * slice[1] + 0x8000) >> 16
                 ptr32(slice[0])[0] = (high << 16) | low
                 at += 16
-        if gap:
-            discard(state)
 
     return on_frame
 
@@ -229,9 +228,9 @@ class Control:
         words[_WRITE_REGISTER] = wire.write_register
         words[_ADDRESS_REGISTER] = wire.address_register
         words[_GAP_ADDRESS] = wire.gap_address
-        words[_RING] = address(receiver.ring)
-        words[_HEAD] = address(receiver.state) + 4 * HEAD
-        words[_TAIL] = address(receiver.state) + 4 * TAIL
+        words[_HEAD] = address(receiver.memory) + 4 * HEAD
+        words[_TAIL] = address(receiver.memory) + 4 * TAIL
+        words[_LINE_QUIET] = address(receiver.memory) + 4 * LINE_QUIET
         words[_PULSES] = address(receiver.pulses)
         words[_FOLLOW_TABLE] = address(outputs.table)
         words[_TABLE_BYTES] = 4 * len(outputs.table)
@@ -251,7 +250,7 @@ class Control:
             words[_LED_OFF] = registers.GPIO_CLEAR
             words[_LED_MASK] = 1 << led
         # The interrupts hold their address, so the handlers live as long as this object.
-        self._on_frame = _frame_handler(address(words), receiver.state, receiver.pulses, scan)
+        self._on_frame = _frame_handler(address(words), receiver.memory, receiver.pulses, scan)
         self._on_tick = _tick_handler(address(words))
         self._led = led
         self._tick = rp2.StateMachine(state_machine, _tick_program, freq=1026 * 1000 // _TICK_MS)

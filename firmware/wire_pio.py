@@ -11,7 +11,7 @@ from array import array
 import machine
 import rp2
 import uctypes
-from ghst.decoder import RING_ALLOCATION, RING_SIZE
+from ghst.decoder import MEMORY_SIZE, RING, RING_SIZE
 from rp2 import PIO, asm_pio
 
 from firmware import chip
@@ -64,7 +64,7 @@ def _receive():
 class PioWire:
     """Receives the Ghost wire into a ring by PIO and DMA.
 
-    `ring` is the memory for `ghst.Receiver(ring)`. `write_register`, `address_register` and
+    `memory` is for `ghst.Receiver(memory)`. `write_register`, `address_register` and
     `gap_address` are what the interrupt needs: where DMA will write next, and whether the line has
     gone quiet in the middle of a frame; `force_interrupt`, a register and a bit, raises it;
     `enabled` are registers and bits that must stay set.
@@ -76,9 +76,9 @@ class PioWire:
         self._dreq = 8 * block + 4 + index
         self._release_stale_channels()
         # DMA wraps on an address that is a multiple of the ring's size.
-        self._memory = bytearray(RING_ALLOCATION + RING_SIZE)
+        self._memory = bytearray(MEMORY_SIZE + RING_SIZE)
         address = (uctypes.addressof(self._memory) + RING_SIZE - 1) & ~(RING_SIZE - 1)
-        self.ring = uctypes.bytearray_at(address, RING_ALLOCATION)
+        self.memory = uctypes.bytearray_at(address, MEMORY_SIZE)
         pin = machine.Pin(pin, machine.Pin.IN, machine.Pin.PULL_UP)
         self._machine = rp2.StateMachine(
             state_machine,
@@ -96,7 +96,7 @@ class PioWire:
         self.gap_address = (first + parked[1]) & 31
         self.enabled = ((chip.PIO[block], 1 << index),)
         self.force_interrupt = (chip.PIO[block] + chip.PIO_IRQ_FORCE, 1 << index)
-        self._start_dma(address, chip.PIO[block] + chip.PIO_FIFO + 4 * index)
+        self._start_dma(address + RING, chip.PIO[block] + chip.PIO_FIFO + 4 * index)
 
     def _release_stale_channels(self):
         # A soft reset leaves DMA channels running: one that still waits for this state machine

@@ -28,6 +28,11 @@ ptr16 = _Pointer("H")
 ptr32 = _Pointer("i")
 
 
+def uint(value):
+    """Returns `value` as the unsigned 32-bit number that viper makes of it."""
+    return value & 0xFFFFFFFF
+
+
 def const(value):
     """Returns `value`; MicroPython's compiler folds it into the code."""
     return value

@@ -1,53 +1,52 @@
-"""Finds GHST frames in a ring of received bytes and decodes them: the one decoder of the project.
+"""Finds GHST frames among received bytes and decodes them: the one decoder of the project.
 
 `Receiver` runs it over bytes that it copied into the ring, the interrupt of the wire driver over
-bytes that DMA put there, `crc8` over a caller's buffer. It is one function because a call costs
-the RP2040 three to seven microseconds, as much as all the channels of a frame. Nothing in here
-allocates, waits or raises, whatever the bytes are.
+bytes that DMA put there, `crc8` over a caller's buffer. It is one function that works on one
+block of memory because a call costs the RP2040 two microseconds, each argument another one, and
+the use of a global name a third. Nothing in here allocates, waits or raises, whatever the bytes.
 """
-
-from array import array
 
 try:
     import micropython
     from micropython import const
 except ImportError:
-    from ghst._host import const, micropython, ptr8, ptr16, ptr32
+    from ghst._host import const, micropython, ptr8, ptr16, ptr32, uint
 
-# The ring: RING_SIZE received bytes, then a mirror of its first bytes so that a frame which wraps
-# is contiguous, then the four raw bytes of the last 0x14 frame.
+# The memory of a decoder begins with 32-bit words: state.
+TAIL = const(0)  # where the first byte stands that is not decoded yet: RING..RING + 255
+HEAD = const(1)  # ring index 0..255 behind the last received byte
+_CRC_ONLY = const(2)  # compute a CRC and nothing else
+LINE_QUIET = const(3)  # drop what is unfinished: the line went quiet in the middle of a frame
+FRAMES = const(4)
+CRC_ERRORS = const(5)
+LENGTH_ERRORS = const(6)
+UNKNOWN_FRAMES = const(7)
+FOREIGN_FRAMES = const(8)
+MSP_FRAMES = const(9)
+SKIPPED_BYTES = const(10)
+LINK_QUALITY = const(11)
+RSSI = const(12)  # sign inverted, as on the wire
+RF_PROTOCOL = const(13)  # the whole protocol byte
+TX_POWER = const(14)
+VTX_FLAGS = const(15)
+VTX_FREQUENCY = const(16)
+VTX_POWER = const(17)
+VTX_BAND_CHANNEL = const(18)
+_VTX_CONTROL = const(80)  # offset of the four raw bytes of the last 0x14 frame
+# The CRC of each single byte: in RAM, where no cache miss can delay it.
+_CRC_TABLE = const(256)
+# The ring of received bytes, on a multiple of its size, and a mirror of its first bytes so that a
+# frame which wraps is contiguous.
+RING = const(512)
 RING_SIZE = const(256)
-VTX_CONTROL = const(272)
-RING_ALLOCATION = const(276)
-
-# Words of the state.
-TAIL = const(0)  # ring index of the first byte that is not decoded yet
-HEAD = const(1)  # ring index behind the last received byte
-_CRC_ONLY = const(2)  # 1: compute a CRC and nothing else
-FRAMES = const(3)
-CRC_ERRORS = const(4)
-LENGTH_ERRORS = const(5)
-UNKNOWN_FRAMES = const(6)
-FOREIGN_FRAMES = const(7)
-MSP_FRAMES = const(8)
-SKIPPED_BYTES = const(9)
-LINK_QUALITY = const(10)
-RSSI = const(11)  # sign inverted, as on the wire
-RF_PROTOCOL = const(12)  # the whole protocol byte
-TX_POWER = const(13)
-VTX_FLAGS = const(14)
-VTX_FREQUENCY = const(15)
-VTX_POWER = const(16)
-VTX_BAND_CHANNEL = const(17)
-_STATE_WORDS = const(18)
-# Behind the state: the CRC of each single byte. In RAM, where no cache miss can delay it.
-_CRC_TABLE = const(72)  # 4 * _STATE_WORDS
-_WORDS = const(82)
+MEMORY_SIZE = const(784)
 
 
 @micropython.viper
-def _fill_crc_table(words: ptr32):
-    table = ptr8(words)
+def prepare(memory: ptr8):
+    """Makes MEMORY_SIZE bytes, all zero, ready for `scan`: nothing received."""
+    words = ptr32(memory)
+    words[TAIL] = RING
     index = 0
     while index < 256:
         crc = index
@@ -58,165 +57,169 @@ def _fill_crc_table(words: ptr32):
                 # Polynomial 0xD5, not reflected (description: CRC).
                 crc = crc ^ 0x1D5
             bit += 1
-        table[_CRC_TABLE + index] = crc
+        memory[_CRC_TABLE + index] = crc
         index += 1
 
 
-def new_state():
-    """Returns an `array('i')` for `scan`: everything zero, nothing received."""
-    words = array("i", [0] * _WORDS)
-    _fill_crc_table(words)
-    return words
-
-
 @micropython.viper
-def _others(ring: ptr8, words: ptr32, at: int):
-    """Takes what the valid frame at `ring[at]` carries besides channels and link data."""
-    address = ring[at]
-    length = ring[at + 1]
-    kind = ring[at + 2]
-    if address != 0x82:
-        words[FOREIGN_FRAMES] += 1
-        # VTX set-up goes to the goggles (0x83) and, over GECO, to 0x80.
-        if kind == 0x20 and length == 12 and (address == 0x80 or address == 0x83):
-            words[VTX_FLAGS] = ring[at + 3]
-            words[VTX_FREQUENCY] = ring[at + 4] | (ring[at + 5] << 8)
-            words[VTX_POWER] = ring[at + 6] | (ring[at + 7] << 8)
-            words[VTX_BAND_CHANNEL] = ring[at + 8]
-    elif kind & 0xD0 == 0x10:
-        if length != 12:
-            words[LENGTH_ERRORS] += 1
-        elif kind == 0x14:
-            index = 0
-            while index < 4:
-                ring[VTX_CONTROL + index] = ring[at + 9 + index]
-                index += 1
-    elif length == 12 and (kind == 0x21 or kind == 0x22):
-        words[MSP_FRAMES] += 1
-    else:
-        words[UNKNOWN_FRAMES] += 1
-
-
-@micropython.viper
-def scan(ring: ptr8, words: ptr32, pulses: ptr16) -> int:
+def scan(memory: ptr8, channels: ptr8) -> int:
     """Decodes every complete frame between TAIL and HEAD; returns how many control frames.
 
-    `ring`: RING_ALLOCATION bytes; `words`: from `new_state`; `pulses`: 16 channels in quarter
+    `memory`: from `prepare`; `channels`: array of 16 halfwords for the pulse widths in quarter
     microseconds (6000 = 1500 us). A control frame is valid, for address 0x82 and of type
     0x10-0x1F or 0x30-0x3F. A byte that cannot begin a valid frame is skipped alone, so that an
     intact frame behind a false start is never lost with it. An unfinished frame stays in the ring
     until its rest has come.
     """
+    words = ptr32(memory)
+    source = memory
     tail = words[TAIL]
     controls = 0
-    table = ptr8(words)
     while True:
         length = 0
         if words[_CRC_ONLY]:
+            source = channels
             at = tail
             stop = words[HEAD]
         else:
-            available = (words[HEAD] - tail) & (RING_SIZE - 1)
+            available = (words[HEAD] - tail) & 255
             if available < 2:
                 break
-            if tail > RING_SIZE - 14:
-                at = 0
-                while at < 13:
-                    ring[RING_SIZE + at] = ring[at]
+            if tail > RING + RING_SIZE - 14:
+                at = RING
+                while at < RING + 13:
+                    memory[RING_SIZE + at] = memory[at]
                     at += 1
-            at = tail + 2
             # Known addresses are 0x80-0x89, lengths 2-12: with one type byte up to ten payload
             # bytes (description: Addresses, Frame).
-            if ring[tail] & 0xF0 == 0x80 and ring[tail] < 0x8A:
-                length = ring[tail + 1]
-                if length < 2 or length > 12:
+            if uint(memory[tail] - 0x80) < uint(10):
+                length = memory[tail + 1]
+                if uint(length - 2) > uint(10):
                     length = 0
-                    words[LENGTH_ERRORS] += 1
+                    words[LENGTH_ERRORS] = words[LENGTH_ERRORS] + 1
                 elif available < length + 2:
                     break
-            stop = tail + 1 + length
+            at = tail + 2
+            stop = tail + length + 1
         crc = 0
-        while at < stop:
-            crc = table[_CRC_TABLE + (crc ^ ring[at])]
+        if (stop - at) & 1:
+            crc = memory[_CRC_TABLE + source[at]]
             at += 1
+        while at < stop:
+            # Two bytes a round, or half of the time goes into the loop.
+            crc = memory[_CRC_TABLE + (crc ^ source[at])] ^ source[at + 1]
+            crc = memory[_CRC_TABLE + crc]
+            at += 2
         if words[_CRC_ONLY]:
-            controls = crc
-            break
-        if length and crc != ring[stop]:
-            words[CRC_ERRORS] += 1
+            return crc
+        if length and crc != memory[stop]:
+            words[CRC_ERRORS] = words[CRC_ERRORS] + 1
             length = 0
-        if not length:
-            words[SKIPPED_BYTES] += 1
-            tail = (tail + 1) & (RING_SIZE - 1)
+        if length == 0:
+            words[SKIPPED_BYTES] = words[SKIPPED_BYTES] + 1
+            tail = RING | ((tail + 1) & 255)
             continue
-        kind = ring[tail + 2]
-        plain = False
-        if ring[tail] == 0x82 and kind & 0xD0 == 0x10 and length == 12:
-            words[FRAMES] += 1
-            controls += 1
-            # Legacy: 5/16 us a step, centre 1984, and 5/4 * 1984 = 2480 exactly, so the centre can
-            # leave the shift; auxiliaries 5 us, centre 124. 12-bit: 1/4 us, centre 2048;
-            # auxiliaries 4 us, centre 128.
-            scale = 5
-            base = 3520
-            if kind & 0x20:
-                scale = 4
-                base = 3952
-            packed = ring[tail + 3] | (ring[tail + 4] << 8) | (ring[tail + 5] << 16)
-            pulses[0] = (((packed & 0xFFF) * scale) >> 2) + base
-            pulses[1] = (((packed >> 12) * scale) >> 2) + base
-            packed = ring[tail + 6] | (ring[tail + 7] << 8) | (ring[tail + 8] << 16)
-            pulses[2] = (((packed & 0xFFF) * scale) >> 2) + base
-            pulses[3] = (((packed >> 12) * scale) >> 2) + base
-            if kind & 0x0F < 3:
-                at = (kind & 3) << 2
-                scale = scale << 2
-                pulses[at + 4] = ring[tail + 9] * scale + base
-                pulses[at + 5] = ring[tail + 10] * scale + base
-                pulses[at + 6] = ring[tail + 11] * scale + base
-                pulses[at + 7] = ring[tail + 12] * scale + base
-                plain = True
-            elif kind & 0x0F == 3:
-                words[LINK_QUALITY] = ring[tail + 9]
-                words[RSSI] = ring[tail + 10]
-                words[RF_PROTOCOL] = ring[tail + 11]
-                words[TX_POWER] = (ring[tail + 12] ^ 0x80) - 0x80
-                plain = True
-        if not plain:
-            _others(ring, words, tail)
-        tail = (tail + length + 2) & (RING_SIZE - 1)
+        kind = memory[tail + 2]
+        counter = UNKNOWN_FRAMES
+        if memory[tail] != 0x82:
+            counter = FOREIGN_FRAMES
+            # VTX set-up goes to the goggles (0x83) and, over GECO, to 0x80.
+            if kind == 0x20 and length == 12 and (memory[tail] == 0x80 or memory[tail] == 0x83):
+                words[VTX_FLAGS] = memory[tail + 3]
+                words[VTX_FREQUENCY] = memory[tail + 4] | (memory[tail + 5] << 8)
+                words[VTX_POWER] = memory[tail + 6] | (memory[tail + 7] << 8)
+                words[VTX_BAND_CHANNEL] = memory[tail + 8]
+        elif kind & 0xD0 == 0x10:
+            counter = LENGTH_ERRORS
+            if length == 12:
+                counter = FRAMES
+                controls += 1
+                # Legacy: 5/16 us a step, centre 1984, and 5/4 * 1984 = 2480 exactly, so the
+                # centre can leave the shift; auxiliaries 5 us, centre 124. 12-bit: 1/4 us, centre
+                # 2048; auxiliaries 4 us, centre 128.
+                scale = 5
+                base = 3520
+                if kind & 0x20:
+                    scale = 4
+                    base = 3952
+                pulses = ptr16(channels)
+                at = 0
+                stop = tail + 3
+                while at < 4:
+                    crc = memory[stop] | (memory[stop + 1] << 8) | (memory[stop + 2] << 16)
+                    pulses[at] = (((crc & 0xFFF) * scale) >> 2) + base
+                    pulses[at + 1] = (((crc >> 12) * scale) >> 2) + base
+                    stop += 3
+                    at += 2
+                kind = kind & 0x1F
+                if kind < 0x13:
+                    at = ((kind & 3) << 2) + 4
+                    scale = scale << 2
+                    pulses[at] = memory[stop] * scale + base
+                    pulses[at + 1] = memory[stop + 1] * scale + base
+                    pulses[at + 2] = memory[stop + 2] * scale + base
+                    pulses[at + 3] = memory[stop + 3] * scale + base
+                elif kind == 0x13:
+                    words[LINK_QUALITY] = memory[stop]
+                    words[RSSI] = memory[stop + 1]
+                    words[RF_PROTOCOL] = memory[stop + 2]
+                    words[TX_POWER] = (memory[stop + 3] ^ 0x80) - 0x80
+                elif memory[tail + 2] == 0x14:
+                    at = 0
+                    while at < 4:
+                        memory[_VTX_CONTROL + at] = memory[stop + at]
+                        at += 1
+        elif length == 12 and uint(kind - 0x21) < uint(2):
+            counter = MSP_FRAMES
+        words[counter] = words[counter] + 1
+        tail = RING | ((tail + length + 2) & 255)
+    if words[LINE_QUIET]:
+        words[SKIPPED_BYTES] += (words[HEAD] - tail) & 255
+        words[LINE_QUIET] = 0
+        tail = RING | words[HEAD]
     words[TAIL] = tail
     return controls
 
 
 @micropython.viper
-def discard(words: ptr32):
-    """Drops the bytes that are still unfinished: the line went quiet in the middle of a frame."""
-    words[SKIPPED_BYTES] += (words[HEAD] - words[TAIL]) & (RING_SIZE - 1)
-    words[TAIL] = words[HEAD]
-
-
-@micropython.viper
-def append(ring: ptr8, words: ptr32, data: ptr8, start: int, stop: int) -> int:
+def append(memory: ptr8, data: ptr8, start: int, stop: int) -> int:
     """Copies `data[start:stop]`, or what fits of it, into the ring; returns the new start.
 
     At most 13 bytes are unfinished after a scan, so there is always room.
     """
+    words = ptr32(memory)
     head = words[HEAD]
-    room = (RING_SIZE - 1) - ((head - words[TAIL]) & (RING_SIZE - 1))
+    room = 255 - ((head - words[TAIL]) & 255)
     if stop - start > room:
         stop = start + room
     while start < stop:
-        ring[head] = data[start]
+        memory[RING | head] = data[start]
         start += 1
-        head = (head + 1) & (RING_SIZE - 1)
+        head = (head + 1) & 255
     words[HEAD] = head
     return start
 
 
-_crc_words = new_state()
-_crc_words[_CRC_ONLY] = 1
-_no_pulses = array("H")
+@micropython.viper
+def word(memory: ptr32, index: int) -> int:
+    """Returns a word of the state."""
+    return memory[index]
+
+
+@micropython.viper
+def set_word(memory: ptr32, index: int, value: int):
+    """Sets a word of the state."""
+    memory[index] = value
+
+
+def vtx_control(memory):
+    """Returns the four raw bytes of the last 0x14 frame."""
+    return bytes(memory[_VTX_CONTROL : _VTX_CONTROL + 4])
+
+
+_crc_memory = bytearray(MEMORY_SIZE)
+prepare(_crc_memory)
+set_word(_crc_memory, _CRC_ONLY, 1)
 
 
 @micropython.viper
@@ -226,7 +229,7 @@ def crc8(buf, start: int, stop: int) -> int:
     Polynomial 0xD5, initial value 0, no reflection, no final xor (description: CRC). The caller
     keeps 0 <= start and stop <= len(buf): on the device nothing checks the bounds.
     """
-    words = ptr32(_crc_words)
+    words = ptr32(_crc_memory)
     words[TAIL] = start
     words[HEAD] = stop
-    return int(scan(buf, _crc_words, _no_pulses))
+    return int(scan(_crc_memory, buf))
