@@ -1,0 +1,75 @@
+"""The application: reads the board's description, flies, and leaves the pins quiet."""
+
+import sys
+import time
+
+import machine
+import micropython
+from ghst import __version__
+
+from firmware import board
+from firmware.adapter import Adapter
+from firmware.chip import this_chip
+from firmware.report import Reporter
+
+_OLDEST_MICROPYTHON = (1, 25)
+_LOOP_MS = 20
+_CTRL_C = 3
+
+
+def _prepare(path):
+    if sys.implementation.version[:2] < _OLDEST_MICROPYTHON:
+        version = ".".join(str(part) for part in sys.implementation.version[:3])
+        raise board.BoardError(f"MicroPython {version} is too old: 1.25 or newer is needed")
+    here = board.load(path)
+    chip = this_chip().NAME
+    if here.chip != chip:
+        raise board.BoardError(f"{path} is for an {here.chip}, this is an {chip}")
+    return here, Adapter(
+        here.wire, here.servos, failsafe=here.failsafe, failsafe_ms=here.failsafe_ms, led=here.led
+    )
+
+
+def _hello(here):
+    servos = " ".join(f"GP{pin}={here.servos[pin]}" for pin in sorted(here.servos))
+    version = ".".join(str(part) for part in sys.implementation.version[:3])
+    print(f"micropython-ghst {__version__} on {here.name}, MicroPython {version}")
+    print(f"wire GP{here.wire}, servos {servos}, failsafe after {here.failsafe_ms} ms")
+    if machine.reset_cause() == machine.WDT_RESET:
+        print("restarted by the watchdog")
+
+
+def run(adapter):
+    """The main loop, until Ctrl-C. An exception in it is counted and shown, and costs no pulse."""
+    reporter = Reporter()
+    faults = 0
+    fault = None
+    while True:
+        try:
+            adapter.poll()
+            reporter.update(adapter, faults, fault)
+        except Exception as error:
+            faults += 1
+            fault = error
+        time.sleep_ms(_LOOP_MS)
+
+
+def main(path="/board.json"):
+    """Starts the adapter that `path` describes and runs it until Ctrl-C."""
+    try:
+        here, adapter = _prepare(path)
+    except (board.BoardError, ValueError) as error:
+        print(f"micropython-ghst: {error}. Nothing moves.")
+        return
+    _hello(here)
+    try:
+        adapter.start()
+        run(adapter)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        # A second Ctrl-C must not stop this half way.
+        micropython.kbd_intr(-1)
+        adapter.stop()
+        micropython.kbd_intr(_CTRL_C)
+        print("micropython-ghst stopped, pins quiet, watchdog paused. Start again: main()")

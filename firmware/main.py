@@ -1,0 +1,5 @@
+"""What MicroPython runs at boot."""
+
+from firmware.app import main
+
+main()
