@@ -33,15 +33,20 @@ def _prepare(path):
 def _hello(here):
     servos = " ".join(f"GP{pin}={here.servos[pin]}" for pin in sorted(here.servos))
     version = ".".join(str(part) for part in sys.implementation.version[:3])
-    print(f"micropython-ghst {__version__} on {here.name}, MicroPython {version}")
-    print(f"wire GP{here.wire}, servos {servos}, failsafe after {here.failsafe_ms} ms")
+    text = f"micropython-ghst {__version__} on {here.name}, MicroPython {version}\n"
+    text += f"wire GP{here.wire}, servos {servos}, failsafe after {here.failsafe_ms} ms"
     if machine.reset_cause() == machine.WDT_RESET:
-        print("restarted by the watchdog")
+        text += "\nrestarted by the watchdog"
+    return text
 
 
-def run(adapter):
-    """The main loop, until Ctrl-C. An exception in it is counted and shown, and costs no pulse."""
-    reporter = Reporter()
+def run(adapter, hello):
+    """The main loop, until Ctrl-C. An exception in it is counted and shown, and costs no pulse.
+
+    `hello` is what a press of Enter shows before the state of the link.
+    """
+    print(hello)
+    reporter = Reporter(hello)
     faults = 0
     fault = None
     while True:
@@ -61,10 +66,9 @@ def main(path="/board.json"):
     except (board.BoardError, ValueError) as error:
         print(f"micropython-ghst: {error}. Nothing moves.")
         return
-    _hello(here)
     try:
         adapter.start()
-        run(adapter)
+        run(adapter, _hello(here))
     except KeyboardInterrupt:
         pass
     finally:

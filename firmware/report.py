@@ -5,40 +5,48 @@ import sys
 
 from ghst.protocol import RF_MODES
 
-_WRITABLE = select.POLLOUT
-
 
 class Reporter:
-    """Prints a line when the link changes or something went wrong.
+    """Prints a line when the link changes or something went wrong, and everything on Enter.
 
     What cannot be written at the moment is not kept: the next line says the state of then.
     """
 
-    def __init__(self):
-        """Nothing is printed before the first `update`."""
-        self._poll = select.poll()
-        self._poll.register(sys.stdout, _WRITABLE)
-        self._link = None
-        self._stuck = 0
-        self._faults = 0
+    def __init__(self, hello):
+        """`hello`: lines that say what is running here."""
+        self._hello = hello
+        self._output = select.poll()
+        self._output.register(sys.stdout, select.POLLOUT)
+        self._input = select.poll()
+        self._input.register(sys.stdin, select.POLLIN)
+        self._shown = None
 
     def update(self, adapter, faults=0, fault=None):
-        """Prints what has changed since the last call.
+        """Prints what has changed since the last call, or all of it if somebody pressed Enter.
 
         `faults`: how many exceptions the main loop has survived; `fault`: the last of them.
         """
+        asked = self._asked()
         now = (adapter.link, adapter.control.stuck, faults)
-        if now == (self._link, self._stuck, self._faults) or not self._poll.poll(0):
+        if (now == self._shown and not asked) or not _ready(self._output):
             return
-        if self._link != adapter.link:
-            self._link = adapter.link
+        before = self._shown or (None, 0, 0)
+        self._shown = now
+        if asked:
+            print(self._hello)
+        if asked or now[0] != before[0]:
             print("link:", self._describe(adapter))
-        if self._stuck != adapter.control.stuck:
-            self._stuck = adapter.control.stuck
-            print("main loop: stood still,", self._stuck, "times so far")
-        if self._faults != faults:
-            self._faults = faults
-            print(f"main loop: {type(fault).__name__}: {fault},", faults, "faults so far")
+        if asked or now[1] != before[1]:
+            print("main loop: stood still", now[1], "times")
+        if now[2] and (asked or now[2] != before[2]):
+            print(f"main loop: {now[2]} faults, the last: {type(fault).__name__}: {fault}")
+
+    def _asked(self):
+        asked = False
+        while _ready(self._input):
+            if sys.stdin.read(1) in "\r\n":
+                asked = True
+        return asked
 
     @staticmethod
     def _describe(adapter):
@@ -47,4 +55,14 @@ class Reporter:
         if receiver.rf_mode:
             name = RF_MODES.get(receiver.rf_mode, (f"mode {receiver.rf_mode}",))[0]
             text += f", {name}, LQ {receiver.lq} %, RSSI {receiver.rssi_dbm} dBm"
-        return text
+        text += f"; frames {receiver.frames}, CRC errors {receiver.crc_errors}"
+        return (
+            text
+            + f", bytes skipped {receiver.skipped_bytes}, failsafes {adapter.control.failsafes}"
+        )
+
+
+def _ready(poll):
+    for _ in poll.ipoll(0):  # makes no list, unlike poll()
+        return True
+    return False
