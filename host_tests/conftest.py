@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-import pytest
-
 import ghst_tools.micropython_image
+import pytest
 from ghst_tools.errors import GhstError
 
 

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-
 from ghst_tools.emulator import Board
 
 

@@ -1,7 +1,8 @@
 """PWM at the pin, to the nanosecond (RP2040 datasheet, section 4.5)."""
 
-import pytest
+from itertools import pairwise
 
+import pytest
 from ghst_tools.emulator import Board, Pulse, PulseMeter
 
 PIN_A, PIN_B = 6, 7  # slice 3
@@ -78,7 +79,7 @@ def test_a_new_top_takes_effect_at_the_wrap(board: Board, meter: PulseMeter):
     board.write32(TOP, 1_999)
     board.run_for(120_000)
     rises = [pulse.rise_ns for pulse in meter.pulses[PIN_A]]
-    assert [later - rise for rise, later in zip(rises, rises[1:], strict=False)][:2] == [
+    assert [later - rise for rise, later in pairwise(rises)][:2] == [
         80_000,
         16_000,
     ]

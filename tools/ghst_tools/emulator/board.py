@@ -112,8 +112,10 @@ class Board:
 
     # -- power and reset ----------------------------------------------------------------------
 
-    def boot(self, until: bytes = b">>> ", limit_ns: float = 10e9) -> None:
+    def boot(self, until: bytes = b">>> ", limit_ns: float = 3e9) -> None:
         """Run from power-on (or a reset) until the console has shown `until`.
+
+        What a program prints before the host has opened the port (15 ms) is lost, as on a Pico.
 
         A prompt is asked for with a newline, which does not disturb a program that runs.
         """

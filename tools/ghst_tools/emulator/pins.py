@@ -2,6 +2,10 @@
 
 This is the repair of rp2040py defect 6: it does not feed an output back to the input of the same
 pad. Here an input reads the level on the pin, whoever makes it.
+
+rp2040py 0.3.6 also resets its pads with the input buffer off and 12 mA; the RP2040 resets them
+with the input buffer on and 4 mA (datasheet, section 2.19.6.3), and MicroPython's `StateMachine`
+relies on that.
 """
 
 from __future__ import annotations
@@ -16,6 +20,9 @@ from ghst_tools.emulator.pio import PioBlocks
 Cause = Literal["device", "host"]
 PadWatcher = Callable[[float, bool | None], None]
 LevelWatcher = Callable[[float, bool | None, Cause], None]
+
+_PAD_RESET_RP2040PY = 0x36
+_PAD_RESET = 0x56
 
 _DRIVEN = {GPIOPinState.HIGH: True, GPIOPinState.LOW: False}
 _PULLED = {GPIOPinState.INPUT_PULL_UP: True, GPIOPinState.INPUT_PULL_DOWN: False}
@@ -37,6 +44,7 @@ class Pin:
         self._pad_watchers: tuple[PadWatcher, ...] = ()
         self._level_watchers: tuple[LevelWatcher, ...] = ()
         self._gpio.add_listener(self._pad_changed)
+        self._repair_reset()
         self._resolve("device")
 
     @property
@@ -88,7 +96,12 @@ class Pin:
 
     def refresh(self) -> None:
         """Look at the pad again: a chip reset changes it without telling anybody."""
+        self._repair_reset()
         self._pad_changed(self._gpio.value, self._state)
+
+    def _repair_reset(self) -> None:
+        if self._gpio.pad_value == _PAD_RESET_RP2040PY:
+            self._gpio.pad_value = _PAD_RESET
 
     def _pad_changed(self, state: Any, _before: Any) -> None:
         before, self._state = _DRIVEN.get(self._state), state
