@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+
 from ghst_tools.emulator import Board
 
 

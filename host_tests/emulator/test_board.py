@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import pytest
+from littlefs import LittleFS
+
 from ghst_tools.emulator import Board, DeviceError, Wire
 from ghst_tools.errors import GhstError
-from littlefs import LittleFS
 
 TIMERAWL = 0x40054028
 WATCHDOG = 0x40058000

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import pytest
+
 from ghst_tools.emulator import Board, Wire
 
 PIO0 = 0x50200000

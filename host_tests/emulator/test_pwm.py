@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import pytest
+
 from ghst_tools.emulator import Board, Pulse, PulseMeter
 
 PIN_A, PIN_B = 6, 7  # slice 3

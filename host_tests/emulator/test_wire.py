@@ -4,6 +4,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+
 from ghst_tools.emulator import Board, GhostReceiver, VcdRecorder, Wire
 from ghst_tools.emulator.serial import decode, encode
 

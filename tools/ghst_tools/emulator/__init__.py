@@ -6,6 +6,7 @@ says there what it is for.
 """
 
 from ghst_tools.emulator.board import Board
+from ghst_tools.emulator.i2c import I2cTarget
 from ghst_tools.emulator.meters import Pulse, PulseMeter
 from ghst_tools.emulator.receiver import DownlinkFrame, GhostReceiver, SentFrame
 from ghst_tools.emulator.repl import DeviceError
@@ -18,6 +19,7 @@ __all__ = [
     "DownlinkFrame",
     "Edge",
     "GhostReceiver",
+    "I2cTarget",
     "Pulse",
     "PulseMeter",
     "SentFrame",

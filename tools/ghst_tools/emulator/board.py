@@ -24,7 +24,7 @@ from rp2040py.rp2040 import RP2040
 from rp2040py.simulator import Simulator
 from rp2040py.utils.logging import ConsoleLogger, LogLevel
 
-from ghst_tools.emulator import adc, pio, pwm, timer, watchdog
+from ghst_tools.emulator import adc, i2c, pio, pwm, timer, uart, watchdog
 from ghst_tools.emulator.flash import find_filesystem
 from ghst_tools.emulator.pins import Pin
 from ghst_tools.emulator.repl import RawRepl
@@ -54,6 +54,8 @@ class Board:
         self._watchdog = watchdog.install(self.mcu)
         self._timer = timer.install(self.mcu)
         self._adc = adc.install(self.mcu)
+        self._uarts = uart.install(self.mcu)
+        self._i2c = i2c.install(self.mcu)
         self.console = Console(self.mcu)
         self.mcu.load_bootrom(BOOTROM_B1)
         self._load(image, filesystem)
@@ -205,3 +207,11 @@ class Board:
     def adc(self, channel: int) -> adc.AdcChannel:
         """Return ADC input `channel`: 0 to 3 are GPIO 26 to 29, 4 is the temperature sensor."""
         return self._adc[channel]
+
+    def uart(self, number: int) -> uart.UartPeer:
+        """Return what is connected to UART `number` (0 or 1)."""
+        return self._uarts[number].peer
+
+    def i2c(self, number: int) -> i2c.I2c:
+        """Return I2C bus `number` (0 or 1), to attach targets to."""
+        return self._i2c[number]
