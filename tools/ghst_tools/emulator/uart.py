@@ -4,9 +4,10 @@ rp2040py 0.3.6 never clears the transmit interrupt, so `machine.UART` hangs; it 
 time-out, no levels and no time on the line. This is the PL011 as the RP2040 has it (datasheet,
 section 4.2): FIFOs of 32, interrupts at the levels in UARTIFLS, the receive time-out after 32
 bits of silence, BUSY until the stop bit has gone, and clk_peri as the guest has selected it
-(MicroPython takes the 48 MHz of the USB PLL; rp2040py always reckons with 125 MHz). Bytes reach the chip only while a pin is
-switched to the UART's RX, and leave it only while one is switched to its TX; there is no waveform
-on the pins. Parity, CTS and RTS are not modelled.
+(MicroPython takes the 48 MHz of the USB PLL; rp2040py always reckons with 125 MHz).
+
+Bytes reach the chip only while a pin is switched to the UART's RX, and leave it only while one is
+switched to its TX; there is no waveform on the pins. Parity, CTS and RTS are not modelled.
 """
 
 from __future__ import annotations
