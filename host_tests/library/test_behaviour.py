@@ -1,0 +1,25 @@
+"""The behaviour of `lib/ghst` on CPython, on MicroPython's unix port and on an emulated RP2040."""
+
+import pytest
+from targets import BEHAVIOUR, Target, cases
+
+MODULES = ("samples", "scaling", "link", "counters", "streams", "memory")
+
+NEEDS_MICROPYTHON = ("memory",)
+"""Modules that import `micropython`."""
+
+
+CASES = [(module, name) for module in MODULES for name in cases(module)]
+
+
+@pytest.mark.parametrize(("module", "name"), CASES)
+def test_behaviour(target: Target, module: str, name: str, request: pytest.FixtureRequest) -> None:
+    kind = request.node.callspec.params["target"]
+    if module in NEEDS_MICROPYTHON and kind == "cpython":
+        pytest.skip("CPython has no heap that can be locked")
+    target.run(module, name)
+
+
+def test_every_behaviour_module_is_run() -> None:
+    workloads = {"__init__", "support", "random_bytes", "replay"}
+    assert {path.stem for path in BEHAVIOUR.glob("*.py")} == {*MODULES, *workloads}
