@@ -100,6 +100,21 @@ def test_a_host_that_does_not_read_holds_the_device_up(board: Board):
     assert board.result(60e9) == "0123456789abcdef\n" * 400 + "end\n"
 
 
+def test_a_program_goes_on_when_the_host_closes_the_port(board: Board):
+    board.start("n = 0\nwhile n < 100:\n    print('0123456789' * 5)\n    n += 1")
+    board.run_for(20e6)
+    board.console.close()
+    board.run_for(1e6)
+    printed = len(board.console.output)
+    board.run_for(500e6)
+    assert len(board.console.output) == printed
+    assert not board.console.connected
+    board.console.open()
+    board.run_for(1e6)
+    assert board.console.connected
+    assert board.exec("print(n)") == "100\n"
+
+
 def test_the_watchdog_resets_a_hung_program_and_says_so(board: Board):
     board.start("import machine\nw = machine.WDT(timeout=100)\nprint('fed')\nwhile True: pass")
     board.run_until(lambda: "fed" in board.printed)

@@ -130,7 +130,7 @@ class Pin:
             self._gpio.set_input_value(level)
         else:
             self._gpio.release_input()
-        self._pio.arm()
+        self._pio.input_changed(self.number)
         if changed:
             now = self._clock.nanos
             for watcher in self._level_watchers:

@@ -41,21 +41,17 @@ _FAR = 1 << 40
 class Pio(RPPIO):  # type: ignore[misc]
     """One PIO block that runs by clock alarms of its own."""
 
-    # rp2040py's instruction loop advances every block that is not stopped. This class attribute
-    # is what it sees; the block's real state is in `_running`.
-    stopped = True
-
     def __init__(self, mcu: Any, name: str, first_irq: int, index: int) -> None:
         self._clock = mcu.clock
         self._alarm = self._clock.create_alarm(self._due)
         self._synced_ns = 0.0
-        self._running = False
+        self.running = False
         self._busy = False
         self._conditional: dict[int, int] = {}  # program address -> push/pull with a condition
 
     def catch_up(self) -> None:
         """Run everything that is due up to the present emulated time."""
-        if not self._running or self._busy:
+        if not self.running or self._busy:
             return
         cycles = int((self._clock.nanos - self._synced_ns) / _CYCLE_NS + 1e-4)
         if cycles <= 0:
@@ -77,7 +73,7 @@ class Pio(RPPIO):  # type: ignore[misc]
 
     def arm(self) -> None:
         """Set the alarm for the next instruction that is due."""
-        if not self._running or self._busy:
+        if not self.running or self._busy:
             return
         ahead = self.next_due_fp - self.cycle_fp
         if ahead > _FAR:
@@ -123,15 +119,15 @@ class Pio(RPPIO):  # type: ignore[misc]
         super().reset()
         for machine in self.machines:
             self._join(machine)
-        self._running = False
+        self.running = False
         self._conditional.clear()
         self._alarm.cancel()
 
     def _set_running(self) -> None:
         running = any(machine.enabled for machine in self.machines)
-        if running and not self._running:
+        if running and not self.running:
             self._synced_ns = self._clock.nanos
-        self._running = running
+        self.running = running
         if not running:
             self._alarm.cancel()
 
@@ -186,23 +182,48 @@ def _condition_false(machine: Any, opcode: int) -> bool:
     return bool(machine.input_shift_count < machine.push_threshold)
 
 
-class PioBlocks(list[Pio]):
+class PioBlocks:
     """Both PIO blocks of the chip."""
+
+    def __init__(self, mcu: Any) -> None:
+        self._blocks = (
+            Pio(mcu, "PIO0", IRQ.PIO0_IRQ0, 0),
+            Pio(mcu, "PIO1", IRQ.PIO1_IRQ0, 1),
+        )
+        mcu.pio = _ByIndex(self._blocks)
+        mcu.peripherals[0x50200], mcu.peripherals[0x50300] = self._blocks
 
     def catch_up(self) -> None:
         """Bring both blocks up to the present, before an input changes."""
-        self[0].catch_up()
-        self[1].catch_up()
+        self._blocks[0].catch_up()
+        self._blocks[1].catch_up()
 
-    def arm(self) -> None:
-        """Reconsider what is due, after an input has changed."""
-        self[0].arm()
-        self[1].arm()
+    def input_changed(self, pin: int) -> None:
+        """Wake the state machines that wait for `pin`, after it has changed."""
+        for block in self._blocks:
+            if not block.running:
+                continue
+            for machine in block.machines:
+                waits = machine.waiting and machine.wait_type == WaitType.PIN
+                if waits and machine.wait_index == pin and machine.enabled:
+                    machine.check_wait()
+            block.arm()
+
+
+class _ByIndex(list[Pio]):
+    """Empty to those who walk it, yet with a first and a second element.
+
+    rp2040py walks its PIO blocks after every CPU instruction to advance them; there is nothing
+    for it to do here, and an empty list makes it a quarter faster.
+    """
+
+    def __init__(self, blocks: tuple[Pio, ...]) -> None:
+        self._blocks = blocks
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._blocks[index]
 
 
 def install(mcu: Any) -> PioBlocks:
     """Replace the PIO blocks of `mcu`; to be done before the chip runs."""
-    blocks = PioBlocks([Pio(mcu, "PIO0", IRQ.PIO0_IRQ0, 0), Pio(mcu, "PIO1", IRQ.PIO1_IRQ0, 1)])
-    mcu.pio = blocks
-    mcu.peripherals[0x50200], mcu.peripherals[0x50300] = blocks
-    return blocks
+    return PioBlocks(mcu)
