@@ -5,9 +5,10 @@ The emulator models no cache misses of the flash: see docs/figures.md.
 
 from itertools import cycle
 
-import ghst
 import pytest
-from conftest import Pico
+from rig import Pico
+
+import ghst
 
 LIMIT_US = 35.0
 PRIMARIES = (344, 3624, 1984, 2784)

@@ -1,0 +1,140 @@
+"""The hardware watchdog, the main loop that stands still, the LED, and leaving the application."""
+
+from itertools import pairwise
+
+import pytest
+from rig import SERVOS, Pico
+
+import ghst
+
+CENTRE = ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4)
+PIO0_CTRL, PIO0_INTE, PIO1_CTRL = 0x50200000, 0x5020012C, 0x50300000
+DMA_ABORT = 0x50000444
+WATCHDOG_CTRL = 0x40058000
+ENABLED = 1 << 30
+
+
+def wait_for_reset(pico: Pico, limit_ns: float) -> float:
+    """Run until the watchdog has reset the chip; returns when."""
+    pico.board.run_until(lambda: bool(pico.board.resets), limit_ns)
+    return pico.board.resets[0][0]
+
+
+@pytest.mark.parametrize(
+    ("address", "value"),
+    [(PIO0_CTRL, 0), (PIO1_CTRL, 0), (PIO0_INTE, 0), (DMA_ABORT, 0xFFF)],
+    ids=["receiver stopped", "tick stopped", "interrupt off", "DMA stopped"],
+)
+def test_a_dead_control_path_is_reset_and_comes_back(pico: Pico, address: int, value: int) -> None:
+    pico.boot()
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(100e6)
+    broken = pico.board.now_ns
+    pico.board.write32(address, value)
+    reset = wait_for_reset(pico, 1.5e9)
+    assert 0.9e9 < reset - broken < 1.1e9
+    # The receiver went on sending: the first pulses come when the firmware runs again.
+    pico.board.run_for(300e6)
+    first = min(pico.meter.since(reset, pin)[0].rise_ns for pin in SERVOS)
+    assert 100e6 < first - reset < 300e6
+    receiver.stop()
+
+
+def test_after_a_reset_the_pins_are_quiet_until_the_link_is_back(pico: Pico) -> None:
+    pico.boot()
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(50e6)
+    receiver.stop()
+    pico.board.write32(PIO0_CTRL, 0)
+    reset = wait_for_reset(pico, 1.5e9)
+    pico.board.run_for(500e6)
+    assert pico.no_pulses_since(reset)
+    assert "restarted by the watchdog\nlink: searching" in pico.reply_to_enter()
+    pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(50e6)
+    assert not pico.no_pulses_since(reset)
+
+
+def test_a_stuck_main_loop_is_counted_and_flies_on(pico: Pico) -> None:
+    # Stands still for nine seconds with the link up, then shows it.
+    pico.run(
+        "adapter.poll(); print(adapter.link, adapter.control.stuck, 'stood still')\n"
+        "    time.sleep(9 if adapter.receiver.frames else 0)",
+        watchdog=True,
+    )
+    receiver = pico.fly(lambda index, t: CENTRE, 19)
+    pico.board.run_for(9.5e9)
+    assert pico.board.resets == []
+    assert b"linked 1 stood still" in pico.board.console.output
+    assert len(pico.compares) == 4 * len(receiver.sent)
+
+
+def test_a_stuck_main_loop_without_a_link_costs_a_reset(pico: Pico) -> None:
+    pico.run("time.sleep(60)", watchdog=True)
+    begun = pico.board.now_ns
+    assert 5.9e9 < wait_for_reset(pico, 8e9) - begun < 6.3e9
+
+
+def test_ctrl_c_reaches_the_repl_and_nothing_resets_there(pico: Pico) -> None:
+    pico.boot()
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(100e6)
+    assert pico.board.read32(WATCHDOG_CTRL) & ENABLED
+    pressed = pico.board.now_ns
+    pico.board.console.write(b"\x03")
+    pico.board.run_for(100e6)
+    assert b"pins quiet, watchdog paused" in pico.board.console.output
+    assert pico.board.exec("print(6 * 7)") == "42\n"
+    assert not pico.board.read32(WATCHDOG_CTRL) & ENABLED
+    # The pulses that ran were finished, none was cut short; then the pins are quiet.
+    for pin in SERVOS:
+        assert {round(pulse.width_ns) for pulse in pico.meter.pulses[pin]} == {1_500_000}
+        assert pico.meter.pulses[pin][-1].rise_ns < pressed + 25e6
+    pico.board.run_for(2e9)
+    assert pico.no_pulses_since(pressed + 30e6)
+    assert pico.board.resets == []
+    receiver.stop()
+
+
+def test_a_soft_reset_starts_the_firmware_anew(pico: Pico) -> None:
+    pico.boot()
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(50e6)
+    pico.board.console.write(b"\x03")
+    pico.board.run_for(100e6)
+    pico.board.console.write(b"\x04")
+    restarted = pico.board.now_ns
+    pico.board.run_for(400e6)
+    assert len(pico.meter.since(restarted, 6)) > 5
+    assert "link: linked" in pico.reply_to_enter()
+    pico.board.run_for(1.2e9)
+    assert pico.board.resets == []
+    receiver.stop()
+
+
+def test_an_exception_in_the_main_loop_is_shown_and_costs_nothing(pico: Pico) -> None:
+    pico.run("import firmware.app\n    adapter.poll = None\n    firmware.app.run(adapter, 'hi')")
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(200e6)
+    assert len(pico.compares) >= 4 * (len(receiver.sent) - 1) > 100
+    pico.board.console.write(b"\x03")
+    pico.board.run_for(50e6)
+
+
+def test_the_led_shows_the_link(pico: Pico) -> None:
+    pico.boot()
+    edges: list[tuple[float, bool | None]] = []
+    pico.board.pin(25).watch(lambda t, level: edges.append((t, level)))
+    pico.board.run_for(2.6e9)
+    widths = [round((b[0] - a[0]) / 1e6) for a, b in pairwise(edges)]
+    assert set(widths) == {640}
+    edges.clear()
+    receiver = pico.fly(lambda index, t: CENTRE, 55)
+    pico.board.run_for(1.0e9)
+    assert [level for _, level in edges] in ([], [True])
+    receiver.stop()
+    pico.board.run_for(550e6)
+    edges.clear()
+    pico.board.run_for(400e6)
+    widths = [round((b[0] - a[0]) / 1e6) for a, b in pairwise(edges)]
+    assert set(widths) == {80}

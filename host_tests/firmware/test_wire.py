@@ -1,0 +1,148 @@
+"""What may happen on the wire: noise, cut frames, breaks, wrong speeds, gaps, our own echo."""
+
+import random
+
+import pytest
+from rig import Pico
+
+import ghst
+from ghst import decoder
+
+FRAME = ghst.encode.channels(0x30, (48, 4048, 1048, 3048), (3, 253, 64, 192))
+PULSES = [4000, 8000, 5000, 7000, 4000, 8000, 4976, 7024]
+OTHER = ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4)
+ECHO = bytes.fromhex("890c239006900b7b000000000069")
+
+
+def counters(pico: Pico) -> dict[str, int]:
+    """The decoder's counters."""
+    names = ("FRAMES", "CRC_ERRORS", "LENGTH_ERRORS", "FOREIGN_FRAMES", "SKIPPED_BYTES")
+    return {name: pico.word(getattr(decoder, name)) for name in names}
+
+
+def decoded(pico: Pico) -> bool:
+    """Whether FRAME is what the channels show."""
+    return pico.pulses()[:8] == PULSES
+
+
+@pytest.mark.parametrize("baud", [400_000, 410_000, 415_000, 420_000, 425_000, 430_000])
+def test_baud_rates_of_real_receivers(pico: Pico, baud: int) -> None:
+    pico.run()
+    for index in range(40):
+        # Odd distances: the start bit falls at every phase of the state machine's clock.
+        pico.wire.send(FRAME, pico.at(1.9e6 + 37.3 * index), baud=baud)
+        pico.board.run_for(2e6 + 400e3)
+    assert counters(pico)["FRAMES"] == 40
+    assert counters(pico)["SKIPPED_BYTES"] == 0
+    assert decoded(pico)
+
+
+@pytest.mark.parametrize("gap_us", [1, 10, 50, 100])
+def test_gaps_between_the_bytes_of_a_frame(pico: Pico, gap_us: int) -> None:
+    pico.run()
+    for index in range(20):
+        pico.wire.send(FRAME, pico.at(2e6 + 71.7 * index), gap_ns=gap_us * 1e3)
+        pico.board.run_for(6e6)
+    assert counters(pico)["FRAMES"] == 20
+    assert counters(pico)["SKIPPED_BYTES"] == 0
+
+
+def test_frames_back_to_back(pico: Pico) -> None:
+    pico.run()
+    pico.wire.send(OTHER + FRAME, pico.at(1e6))
+    pico.board.run_for(3e6)
+    assert counters(pico)["FRAMES"] == 2
+    assert decoded(pico)
+    # Far more than every buffer on the way holds, without a pause.
+    pico.wire.send((OTHER + FRAME) * 60, pico.at(1e6))
+    pico.board.run_for(50e6)
+    assert counters(pico) == {
+        "FRAMES": 122,
+        "CRC_ERRORS": 0,
+        "LENGTH_ERRORS": 0,
+        "FOREIGN_FRAMES": 0,
+        "SKIPPED_BYTES": 0,
+    }
+
+
+@pytest.mark.parametrize("length", [1, 2, 3, 7, 13])
+def test_a_cut_off_frame_costs_no_other(pico: Pico, length: int) -> None:
+    pico.run()
+    # At once behind it, inside the time of a gap, behind a gap, and in the next slot.
+    for index, pause_ns in enumerate((0.0, 60e3, 170e3, 1.6e6)):
+        end = pico.wire.send(OTHER[:length], pico.at(1e6))
+        pico.wire.send(FRAME, end + pause_ns)
+        pico.board.run_for(4e6)
+        assert counters(pico)["FRAMES"] == index + 1, pause_ns
+        assert decoded(pico)
+    assert counters(pico)["SKIPPED_BYTES"] == 4 * length
+
+
+def test_bytes_before_a_gap_never_join_a_later_frame(pico: Pico) -> None:
+    # The first half of one frame and the second half of another, CRC right for the whole.
+    pico.run()
+    end = pico.wire.send(FRAME[:7], pico.at(1e6))
+    pico.wire.send(FRAME[7:], end + 1.7e6)
+    pico.board.run_for(6e6)
+    assert counters(pico)["FRAMES"] == 0
+    assert counters(pico)["SKIPPED_BYTES"] == 14
+    assert pico.compares == []
+
+
+def test_noise_before_a_frame_costs_no_frame(pico: Pico) -> None:
+    pico.run()
+    noise = random.Random(5)
+    for index in range(60):
+        junk = bytes(noise.choice((0x82, 0x0C, 0x10, noise.randrange(256))) for _ in range(20))
+        end = pico.wire.send(junk[: noise.randrange(1, 21)], pico.at(1e6))
+        pico.wire.send(FRAME, end + noise.choice((0.0, 30e3, 400e3)))
+        pico.board.run_for(3.5e6)
+        assert counters(pico)["FRAMES"] == index + 1, junk.hex()
+        assert decoded(pico)
+
+
+def test_glitches_on_the_idle_line_are_no_start_bits(pico: Pico) -> None:
+    pico.run()
+    for index, width_ns in enumerate((10, 50, 100, 200, 400, 800)):
+        start = pico.at(1e6)
+        # 5 us before the start bit: a receiver that takes the glitch for one loses the frame.
+        pico.wire.glitch(start - 5e3, width_ns)
+        pico.wire.send(FRAME, start)
+        pico.board.run_for(3e6)
+        assert counters(pico)["FRAMES"] == index + 1, width_ns
+    assert counters(pico)["SKIPPED_BYTES"] == 0
+
+
+@pytest.mark.parametrize("break_us", [25, 40, 300, 5000])
+def test_a_break_costs_what_it_covers(pico: Pico, break_us: int) -> None:
+    pico.run()
+    start = pico.at(1e6)
+    pico.wire.send(OTHER, start)
+    pico.wire.hold(False, start + 100e3, start + 100e3 + break_us * 1e3)
+    end = max(start + 400e3, start + 100e3 + break_us * 1e3)
+    pico.wire.send(FRAME, end + 300e3)
+    pico.board.run_for(end + 2e6 - start + 1e6)
+    assert counters(pico)["FRAMES"] == 1
+    assert decoded(pico)
+
+
+def test_our_own_echo_is_somebody_elses_frame(pico: Pico) -> None:
+    pico.run(options="failsafe_ms=50")
+    pico.wire.send(FRAME, pico.at(1e6))
+    pico.board.run_for(3e6)
+    for _ in range(40):
+        pico.wire.send(ECHO, pico.at(1e6))
+        pico.board.run_for(3e6)
+    assert counters(pico)["FOREIGN_FRAMES"] == 40
+    assert counters(pico)["FRAMES"] == 1
+    assert pico.compares[-1].value == 0  # failsafe: an echo keeps no link
+    assert decoded(pico)
+
+
+def test_the_ring_and_its_transfer_count_go_round(pico: Pico) -> None:
+    # The data channel's count of 2^14 bytes runs out after 1170 frames and is written anew.
+    pico.run()
+    pico.fly(lambda index, t: FRAME if index < 1300 else None, 500)
+    pico.board.run_for(2.62e9)
+    assert counters(pico)["FRAMES"] == 1300
+    assert counters(pico)["SKIPPED_BYTES"] == 0
