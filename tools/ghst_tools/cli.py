@@ -15,6 +15,7 @@ COMMANDS = {
     "image": ("ghst_tools.filesystem", "Write a board's file-system image."),
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
     "emulate": ("ghst_tools.emulator.console_server", "Run the emulated board on a TCP port."),
+    "demo": ("ghst_tools.demo.run", "Watch an emulated board follow a simulated receiver."),
     "mip-manifest": ("ghst_tools.mip", "Write package.json for lib/ghst."),
 }
 

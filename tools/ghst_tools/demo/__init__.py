@@ -1,0 +1,1 @@
+"""`ghst demo`: a simulated Ghost receiver flies an emulated Pico, and every pulse is judged."""
