@@ -4,11 +4,7 @@ import pytest
 from targets import CPython, Rp2040, Target, Unix
 
 
-# With `--dist loadgroup` one worker boots the chip, not all of them.
-RP2040 = pytest.param("rp2040", marks=pytest.mark.xdist_group("library on rp2040"))
-
-
-@pytest.fixture(scope="module", params=["cpython", "unix", RP2040])
+@pytest.fixture(scope="module", params=["cpython", "unix", "rp2040"])
 def target(request: pytest.FixtureRequest) -> Target:
     """Each interpreter in turn; one instance, so one boot, serves all tests of a module."""
     if request.param == "cpython":
