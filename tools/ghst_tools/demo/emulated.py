@@ -13,12 +13,14 @@ from ghst_tools.demo.judge import FAILSAFE_SLACK_MS, PERIOD_NS, Demand, Judge
 from ghst_tools.demo.probes import CompareWrites, ConsoleLog, decoder_state
 from ghst_tools.demo.report import Row, Snapshot, Span, View
 from ghst_tools.emulator import Board, GhostReceiver, PulseMeter, VcdRecorder, Wire
+from ghst_tools.errors import GhstError
 
 _SLICE_NS = 20e6
 _SLOT_NS = 1e9 / RATE_HZ
 _QUIET_NS = 3.0 * PERIOD_NS  # from the firmware's start to the first frame
+_BOOT_LIMIT_NS = 3e9
 _LEAD_NS = 1e6
-_AFTER_FAILSAFE_MS = 80
+_AFTER_FAILSAFE_MS = 300
 _CUT_BITS = 67.5  # the link dies inside the seventh byte
 _LAST_LOOK_NS = PERIOD_NS + 5e6  # for the pulses that show the last frame
 _DEFAULT_FAILSAFE_MS = 500
@@ -80,9 +82,9 @@ class EmulatedFlight:
         return self._demanded
 
     def run(self) -> None:
-        """Fly. Raises TimeoutError if the firmware does not start."""
+        """Fly. Raises GhstError if the firmware does not start."""
         self._enter("booting MicroPython and the firmware")
-        self.board.boot(until=b"link: searching")
+        self._boot()
         self.times.searching = self.board.now_ns
         self._enter("no frame yet: the pins have to be quiet")
         self._run_to(self.board.now_ns + _QUIET_NS)
@@ -90,6 +92,14 @@ class EmulatedFlight:
         self._lose_the_link()
         self._fly_again()
         self._enter("landed")
+
+    def _boot(self) -> None:
+        # What `Board.boot` does, in slices, so that the view is kept up to date.
+        while self.console.link != "searching":
+            if self.board.now_ns > _BOOT_LIMIT_NS:
+                last = self.console.lines[-1][1] if self.console.lines else "nothing"
+                raise GhstError(f"the firmware did not start on the board, it said: {last}")
+            self._run_to(self.board.now_ns + _SLICE_NS)
 
     def _fly(self) -> None:
         first_ns = self.board.now_ns + _LEAD_NS

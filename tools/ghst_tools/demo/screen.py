@@ -84,7 +84,8 @@ class _LiveView:
         progress.add_column(justify="right")
         wall = f"{time.monotonic() - self._started:.0f} s"
         clock = f"{snapshot.emulated_s:.2f} s emulated in {wall}" if snapshot.emulated_s else wall
-        progress.add_row(ProgressBar(total=1.0, completed=snapshot.progress), clock)
+        done = ProgressBar(total=1.0, completed=snapshot.progress, complete_style="cyan")
+        progress.add_row(done, clock)
         parts: list[RenderableType] = [self._spinner, progress, Text(), self._table(snapshot)]
         note = "off by: the last pulse against the value in force when it rose"
         parts += [Text(note, style="dim"), Text(), self._status(snapshot)]
@@ -129,11 +130,11 @@ class _LiveView:
         return Text.assemble(
             "link ",
             (f"{snapshot.link:<9}", link_style),
-            f"  LQ {snapshot.lq:3d} %  RSSI {snapshot.rssi_dbm:4d} dBm   ",
-            f"frames {snapshot.frames_decoded}/{snapshot.frames_sent}, "
-            f"CRC errors {snapshot.crc_errors}   ",
+            f"  LQ {snapshot.lq:3d} %   RSSI {snapshot.rssi_dbm:4d} dBm\n",
+            f"frames sent {snapshot.frames_sent}, decoded {snapshot.frames_decoded}, "
+            f"CRC errors {snapshot.crc_errors}   pulses ",
             (f"right {snapshot.right}", "green"),
-            "  ",
+            ", ",
             (f"wrong {snapshot.wrong}", "bold red" if snapshot.wrong else "green"),
         )
 
