@@ -19,7 +19,7 @@ demo: $(VENV) ## Watch an emulated board follow a simulated Ghost receiver
 	@$(GHST) demo
 
 test: $(VENV) micropython image ## Run every test: CPython, the unix port, the emulated board
-	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) $(PYTEST_ARGS) host_tests
+	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS) host_tests
 
 lint: $(VENV) ## Check style and types
 	$(PYTHON_IN_VENV) -m ruff check .

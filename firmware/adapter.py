@@ -1,10 +1,9 @@
 """`Adapter`: a Ghost receiver on one pin, servos on others, failsafe and watchdog between them."""
 
-from ghst import Receiver
-
 from firmware.control import FAILSAFE, LINKED, SEARCHING, Control
 from firmware.outputs import ServoOutputs
 from firmware.wire_pio import PioWire
+from ghst import Receiver
 
 LINK_NAMES = ("searching", "linked", "failsafe")
 

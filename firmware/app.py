@@ -5,12 +5,12 @@ import time
 
 import machine
 import micropython
-from ghst import __version__
 
 from firmware import board
 from firmware.adapter import Adapter
 from firmware.chip import this_chip
 from firmware.report import Reporter
+from ghst import __version__
 
 _OLDEST_MICROPYTHON = (1, 25)
 _LOOP_MS = 20

@@ -15,6 +15,7 @@ class RP2040:
     WATCHDOG = 0x40058000
     # Erratum RP2040-E1: the counter loses two for every tick.
     WATCHDOG_COUNTS_PER_US = 2
+    DMA_BUSY = 1 << 24
     GPIO_SET = 0xD0000014
     GPIO_CLEAR = 0xD0000018
 
@@ -27,6 +28,7 @@ class RP2350:
     TIMER_RAW_LOW = 0x400B0028
     WATCHDOG = 0x400D8000
     WATCHDOG_COUNTS_PER_US = 1
+    DMA_BUSY = 1 << 26
     GPIO_SET = 0xD0000018
     GPIO_CLEAR = 0xD0000020
 

@@ -10,11 +10,11 @@ import machine
 import micropython
 import rp2
 import uctypes
-from ghst.decoder import HEAD, LINE_QUIET, TAIL, scan
 from micropython import const
 from rp2 import asm_pio
 
 from firmware import chip
+from ghst.decoder import HEAD, LINE_QUIET, TAIL, scan
 
 # Pulse limits in quarter microseconds: 800 us and 2200 us.
 MINIMUM = const(3200)
@@ -39,39 +39,39 @@ _SEEN_LOOPS = const(6)
 _IDLE_TICKS = const(7)
 _STUCK = const(8)  # how often the main loop stood still
 _UNREAD_TICKS = const(9)
-_DRIVE = const(10)  # the tick wants the outputs written
-_TABLE = const(11)  # in use: that of the channels or that of failsafe
-_SOURCE = const(12)
-_TABLE_BYTES = const(13)
-_CLOCK_REGISTER = const(14)
-_WRITE_REGISTER = const(15)
-_ADDRESS_REGISTER = const(16)
-_GAP_ADDRESS = const(17)
-_HEAD = const(18)  # addresses of the decoder's words
-_TAIL = const(19)
-_LINE_QUIET = const(20)
-_PULSES = const(21)
-_FOLLOW_TABLE = const(22)
-_FAILSAFE_TABLE = const(23)
-_FAILSAFE_PULSES = const(24)
-_FAILSAFE_RULES = const(25)
-_OUTPUTS = const(26)
-_FORCE_REGISTER = const(27)  # sets the interrupt flag of the wire's state machine
-_FORCE_BIT = const(28)
-_WATCHDOG_REGISTER = const(29)
-_WATCHDOG_LOAD = const(30)  # 0 = no watchdog
-_LED_ON = const(31)
-_LED_OFF = const(32)
-_LED_MASK = const(33)
-_CHECKS_END = const(34)
-_CHECKS = const(35)  # address and bit of each thing that must stay switched on
+_SEEN_TAIL = const(10)
+_DRIVE = const(11)  # the tick wants the outputs written
+_TABLE = const(12)  # in use: that of the channels or that of failsafe
+_SOURCE = const(13)
+_TABLE_BYTES = const(14)
+_CLOCK_REGISTER = const(15)
+_WRITE_REGISTER = const(16)
+_ADDRESS_REGISTER = const(17)
+_GAP_ADDRESS = const(18)
+_HEAD = const(19)  # addresses of the decoder's words
+_TAIL = const(20)
+_LINE_QUIET = const(21)
+_PULSES = const(22)
+_FOLLOW_TABLE = const(23)
+_FAILSAFE_TABLE = const(24)
+_FAILSAFE_PULSES = const(25)
+_FAILSAFE_RULES = const(26)
+_OUTPUTS = const(27)
+_FORCE_REGISTER = const(28)  # sets the interrupt flag of the wire's state machine
+_FORCE_BIT = const(29)
+_WATCHDOG_REGISTER = const(30)
+_WATCHDOG_LOAD = const(31)  # 0 = no watchdog
+_LED_ON = const(32)
+_LED_OFF = const(33)
+_LED_MASK = const(34)
+_CHECKS_END = const(35)
+_CHECKS = const(36)  # address and bit of each thing that must stay switched on
 
 _TICK_MS = const(10)
 # The main loop is stuck after two seconds, and worth a reset after five where no link is at stake.
 _STUCK_TICKS = const(200)
 _RESET_TICKS = const(500)
-# A frame and a half unread for three ticks: nobody empties the ring.
-_UNREAD_BYTES = const(42)
+_FRAME_BYTES = const(14)
 _UNREAD_LIMIT = const(3)
 _WATCHDOG_MS = const(1000)
 
@@ -158,7 +158,7 @@ def _tick_handler(context):
                 targets[index] = last[rules[2 * index]] if pulse == HOLD else pulse
                 index += 1
             c[_LINK] = FAILSAFE
-            c[_FAILSAFES] += 1
+            c[_FAILSAFES] = c[_FAILSAFES] + 1
             c[_TABLE] = c[_FAILSAFE_TABLE]
             c[_SOURCE] = c[_FAILSAFE_PULSES]
             c[_DRIVE] = 1
@@ -169,16 +169,19 @@ def _tick_handler(context):
         if c[_LOOPS] == c[_SEEN_LOOPS]:
             idle = c[_IDLE_TICKS] + 1
             if idle == _STUCK_TICKS:
-                c[_STUCK] += 1
+                c[_STUCK] = c[_STUCK] + 1
         c[_SEEN_LOOPS] = c[_LOOPS]
         c[_IDLE_TICKS] = idle
 
-        unread = 0
-        head = ptr32(c[_WRITE_REGISTER])[0]
-        if (head - ptr32(c[_TAIL])[0]) & 255 >= _UNREAD_BYTES:
-            unread = c[_UNREAD_TICKS] + 1
-        c[_UNREAD_TICKS] = unread
-        healthy = unread < _UNREAD_LIMIT
+        # The frame interrupt never leaves as much as a frame unread: if it does, and its place in
+        # the ring stands still, it is dead.
+        tail = ptr32(c[_TAIL])[0]
+        if tail != c[_SEEN_TAIL]:
+            c[_SEEN_TAIL] = tail
+            c[_UNREAD_TICKS] = 0
+        elif (ptr32(c[_WRITE_REGISTER])[0] - tail) & 255 >= _FRAME_BYTES:
+            c[_UNREAD_TICKS] = c[_UNREAD_TICKS] + 1
+        healthy = c[_UNREAD_TICKS] < _UNREAD_LIMIT
         at = _CHECKS
         while at < c[_CHECKS_END]:
             if ptr32(c[at])[0] & c[at + 1] == 0:

@@ -11,10 +11,10 @@ from array import array
 import machine
 import rp2
 import uctypes
-from ghst.decoder import MEMORY_SIZE, RING, RING_SIZE
 from rp2 import PIO, asm_pio
 
 from firmware import chip
+from ghst.decoder import MEMORY_SIZE, RING, RING_SIZE
 
 # Sixteen PIO cycles a bit. 415 kBd is the middle of the 400..430 kBd that receivers send at, so
 # that the stop bit is still hit at either end.
@@ -112,7 +112,7 @@ class PioWire:
         self._reload = rp2.DMA()
         registers = chip.DMA + self._data.channel * chip.DMA_CHANNEL_SIZE
         self.write_register = registers + chip.DMA_WRITE_ADDRESS
-        self.enabled += ((registers + chip.DMA_CONTROL, 1),)
+        self.enabled += ((registers + chip.DMA_CONTROL, chip.this_chip().DMA_BUSY),)
         # A transfer count runs out one day. The second channel then writes it anew, which starts
         # the first one again where it stopped.
         self._count = array("I", [1 << 14])

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-import ghst_tools.micropython_image
 import pytest
+
+import ghst_tools.micropython_image
 from ghst_tools.errors import GhstError
 
 

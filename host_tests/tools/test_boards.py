@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+
 from ghst_tools import boards
 from ghst_tools.errors import GhstError
 

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 from click.testing import CliRunner
+
 from ghst_tools import cli
 
 HEAVY = ("numpy", "matplotlib", "rp2040py", "littlefs", "mpremote", "serial", "rich")

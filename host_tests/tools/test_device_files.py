@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 import small_checkout
+
 from ghst_tools import boards, device_files
 from ghst_tools.errors import GhstError
 

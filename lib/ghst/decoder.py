@@ -27,11 +27,13 @@ SKIPPED_BYTES = const(10)
 LINK_QUALITY = const(11)
 RSSI = const(12)  # sign inverted, as on the wire
 RF_PROTOCOL = const(13)  # the whole protocol byte
-TX_POWER = const(14)
+TX_POWER = const(14)  # two's complement, as on the wire
 VTX_FLAGS = const(15)
 VTX_FREQUENCY = const(16)
 VTX_POWER = const(17)
 VTX_BAND_CHANNEL = const(18)
+# A counter goes on at zero, and is never more than a small integer holds.
+_COUNTER_MASK = const(0x3FFFFFFF)
 _VTX_CONTROL = const(80)  # offset of the four raw bytes of the last 0x14 frame
 # The CRC of each single byte: in RAM, where no cache miss can delay it.
 _CRC_TABLE = const(256)
@@ -92,15 +94,17 @@ def scan(memory: ptr8, channels: ptr8) -> int:
                     at += 1
             # Known addresses are 0x80-0x89, lengths 2-12: with one type byte up to ten payload
             # bytes (description: Addresses, Frame).
+            at = stop = 0
             if uint(memory[tail] - 0x80) < uint(10):
                 length = memory[tail + 1]
                 if uint(length - 2) > uint(10):
                     length = 0
-                    words[LENGTH_ERRORS] = words[LENGTH_ERRORS] + 1
+                    words[LENGTH_ERRORS] = (words[LENGTH_ERRORS] + 1) & _COUNTER_MASK
                 elif available < length + 2:
                     break
-            at = tail + 2
-            stop = tail + length + 1
+                else:
+                    at = tail + 2
+                    stop = tail + length + 1
         crc = 0
         if (stop - at) & 1:
             crc = memory[_CRC_TABLE + source[at]]
@@ -113,10 +117,10 @@ def scan(memory: ptr8, channels: ptr8) -> int:
         if words[_CRC_ONLY]:
             return crc
         if length and crc != memory[stop]:
-            words[CRC_ERRORS] = words[CRC_ERRORS] + 1
+            words[CRC_ERRORS] = (words[CRC_ERRORS] + 1) & _COUNTER_MASK
             length = 0
         if length == 0:
-            words[SKIPPED_BYTES] = words[SKIPPED_BYTES] + 1
+            words[SKIPPED_BYTES] = (words[SKIPPED_BYTES] + 1) & _COUNTER_MASK
             tail = RING | ((tail + 1) & 255)
             continue
         kind = memory[tail + 2]
@@ -163,7 +167,7 @@ def scan(memory: ptr8, channels: ptr8) -> int:
                     words[LINK_QUALITY] = memory[stop]
                     words[RSSI] = memory[stop + 1]
                     words[RF_PROTOCOL] = memory[stop + 2]
-                    words[TX_POWER] = (memory[stop + 3] ^ 0x80) - 0x80
+                    words[TX_POWER] = memory[stop + 3]
                 elif memory[tail + 2] == 0x14:
                     at = 0
                     while at < 4:
@@ -171,10 +175,11 @@ def scan(memory: ptr8, channels: ptr8) -> int:
                         at += 1
         elif length == 12 and uint(kind - 0x21) < uint(2):
             counter = MSP_FRAMES
-        words[counter] = words[counter] + 1
+        words[counter] = (words[counter] + 1) & _COUNTER_MASK
         tail = RING | ((tail + length + 2) & 255)
     if words[LINE_QUIET]:
-        words[SKIPPED_BYTES] += (words[HEAD] - tail) & 255
+        at = words[SKIPPED_BYTES] + ((words[HEAD] - tail) & 255)
+        words[SKIPPED_BYTES] = at & _COUNTER_MASK
         words[LINE_QUIET] = 0
         tail = RING | words[HEAD]
     words[TAIL] = tail
@@ -227,9 +232,10 @@ def crc8(buf, start: int, stop: int) -> int:
     """Returns the CRC-8/DVB-S2 of `buf[start:stop]`: 0..255, 0 where there are no bytes.
 
     Polynomial 0xD5, initial value 0, no reflection, no final xor (description: CRC). The caller
-    keeps 0 <= start and stop <= len(buf): on the device nothing checks the bounds.
+    keeps 0 <= start and stop <= len(buf): on the device nothing checks the bounds. Not for an
+    interrupt while the main loop may be in here: there is one place for start and stop.
     """
     words = ptr32(_crc_memory)
     words[TAIL] = start
-    words[HEAD] = stop
+    words[HEAD] = stop if stop > start else start
     return int(scan(_crc_memory, buf))

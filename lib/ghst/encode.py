@@ -70,6 +70,8 @@ def channels_from_pulses(kind, pulses):
     """
     if kind & 0xDF not in (0x10, 0x11, 0x12):
         raise ValueError(f"type 0x{kind:02x} carries no auxiliary channels")
+    if len(pulses) != 16:
+        raise ValueError(f"{len(pulses)} pulse widths given, must be 16")
     first = 4 + 4 * (kind & 3)
     return _control(
         kind,

@@ -34,7 +34,7 @@ class Receiver:
 
     `pulses` is an `array('H')` of 16 channels in quarter microseconds (6000 = 1500 us), 0 = never
     received. Everything else is read through the properties. `memory` is what `ghst.decoder` works
-    on: a wire driver hands it to its interrupt.
+    on: a wire driver hands it to its interrupt. Counters go on at 0 after 2^30 - 1.
     """
 
     def __init__(self, memory=None):
@@ -81,7 +81,7 @@ class Receiver:
 
     @property
     def length_errors(self):
-        """Address bytes followed by an impossible length, and known types of a wrong length."""
+        """Address bytes followed by an impossible length, and control types of a wrong length."""
         return word(self.memory, LENGTH_ERRORS)
 
     @property
@@ -140,7 +140,7 @@ class Receiver:
     @property
     def tx_power_dbm(self):
         """Transmitter power in dBm, -128..127."""
-        return word(self.memory, TX_POWER)
+        return (word(self.memory, TX_POWER) ^ 0x80) - 0x80
 
     @property
     def vtx_flags(self):

@@ -15,10 +15,12 @@ HELLO = "micropython-ghst "
 
 TIMEOUT_S = 10.0
 
-# A board that restarts leaves USB. What it said before the port was open again may be lost: after
-# this time without a word, a soft reset makes it say hello once more while the port stays open.
-# Each next time it is twice as long, for a board that takes longer than that to start.
+# A board that restarts leaves USB. What it said before the port was open again may be lost, and
+# Enter makes the application say it again. One that does not run is started by a soft reset after
+# this time without a word, and after twice as long each next time, for one that is slow to start.
 _ASK_AGAIN_S = 3.0
+_ENTER_S = 0.5
+_ENTER = b"\r"
 _SOFT_RESET = b"\r\x03\x03\x02\x04"
 
 
@@ -32,6 +34,7 @@ def wait_for_hello(port: str, timeout_s: float = TIMEOUT_S) -> str:
     console = _Console(port)
     patience_s = _ASK_AGAIN_S
     ask_at = time.monotonic() + patience_s
+    enter_at = time.monotonic() + _ENTER_S
     restarted_at: int | None = None
     ended = False
     with contextlib.closing(console):
@@ -45,6 +48,9 @@ def wait_for_hello(port: str, timeout_s: float = TIMEOUT_S) -> str:
                 # The prompt: main.py is over.
                 _, restarted, text = console.text[restarted_at:].partition("soft reboot")
                 ended = bool(restarted) and text.endswith("\n>>> ")
+            if time.monotonic() > enter_at:
+                console.write(_ENTER)
+                enter_at = time.monotonic() + _ENTER_S
             if time.monotonic() > ask_at and console.write(_SOFT_RESET):
                 restarted_at = len(console.text)
                 patience_s *= 2
