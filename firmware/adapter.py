@@ -1,6 +1,7 @@
 """`Adapter`: a Ghost receiver on one pin, servos on others, failsafe and watchdog between them."""
 
-from firmware.control import FAILSAFE, LINKED, SEARCHING, Control
+from firmware.control import Control
+from firmware.interrupts import FAILSAFE, LINKED, SEARCHING
 from firmware.outputs import ServoOutputs
 from firmware.wire_pio import PioWire
 from ghst import Receiver

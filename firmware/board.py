@@ -2,7 +2,7 @@
 
 import json
 
-from firmware.control import HOLD, NONE
+from firmware.interrupts import HOLD, NONE
 
 
 class BoardError(Exception):

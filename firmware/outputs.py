@@ -8,22 +8,17 @@ import time
 from array import array
 
 import machine
-from micropython import const
 
 from firmware import chip
-from firmware.control import HOLD, MAXIMUM, MINIMUM, NONE
-
-# Words of a slice in a table: address of its compare register, PWM counts of a quarter microsecond
-# times 65536, then which pulse its outputs A and B take.
-_SLICE_WORDS = const(4)
+from firmware.interrupts import HOLD, MAXIMUM, MINIMUM, NONE, SLICE_WORDS
 
 
 class ServoOutputs:
     """The servo pins of a board, what each of them follows, and what it does in failsafe.
 
-    The interrupt writes pulses through one of two tables of the same layout: `table` takes them
-    from the channels, `failsafe_table` from `failsafe_pulses`, one for each output.
-    `failsafe_rules` tells for each output what to put there: two words, its channel and its rule.
+    The interrupt writes pulses through `table`, slice by slice. `failsafe_pulses` holds what each
+    output gives without its channel; `failsafe_rules` tells for each output what to put there:
+    two words, its channel and its rule.
     """
 
     def __init__(self, channels, *, failsafe=None, frequency=50):
@@ -47,7 +42,6 @@ class ServoOutputs:
         self._top = round(counts / frequency) - 1
         self._slices = sorted({pin >> 1 & 7 for pin in self._pins})
         self.table = self._new_table(round(counts * 65536 / 4_000_000))
-        self.failsafe_table = array("i", self.table)
         self.failsafe_pulses = array("H", [0] * len(self._pins))
         self.failsafe_rules = array("i", [0] * (2 * len(self._pins)))
         self._claim(channels, failsafe or {})
@@ -57,10 +51,10 @@ class ServoOutputs:
         self._prepare()
 
     def _new_table(self, scale):
-        table = array("i", [0] * (_SLICE_WORDS * len(self._slices)))
+        table = array("i", [0] * (SLICE_WORDS * len(self._slices)))
         for index, number in enumerate(self._slices):
-            table[index * _SLICE_WORDS] = self._register(number, chip.PWM_COMPARE)
-            table[index * _SLICE_WORDS + 1] = scale
+            table[index * SLICE_WORDS] = self._register(number, chip.PWM_COMPARE)
+            table[index * SLICE_WORDS + 1] = scale
         return table
 
     def _claim(self, channels, failsafe):
@@ -72,14 +66,14 @@ class ServoOutputs:
                 raise ValueError(f"GP{pin}: channel is {channel}, must be 1..16")
             if rule not in (NONE, HOLD) and not MINIMUM <= rule <= MAXIMUM:
                 raise ValueError(f"GP{pin}: failsafe is {rule / 4} us, must be 800..2200")
-            word = self._slices.index(pin >> 1 & 7) * _SLICE_WORDS + 2 + (pin & 1)
+            word = self._slices.index(pin >> 1 & 7) * SLICE_WORDS + 2 + (pin & 1)
             if word in claimed:
                 raise ValueError(f"GP{pin} shares its PWM channel with GP{claimed[word]}")
             # The other half of a slice with one output takes the same pulse; no pin shows it.
             for half in (word, word ^ 1):
                 if half not in claimed:
                     self.table[half] = channel - 1
-                    self.failsafe_table[half] = index
+                    self.table[half + 2] = index
             claimed[word] = pin
             self.failsafe_rules[2 * index] = channel - 1
             self.failsafe_rules[2 * index + 1] = rule

@@ -116,6 +116,31 @@ def test_the_link_comes_back_with_the_next_frame(pico: Pico) -> None:
     assert round(pico.meter.since(end, 7)[0].width_ns) == 2_000_000
 
 
+def test_an_output_leaves_failsafe_with_its_own_channel_only(pico: Pico) -> None:
+    # Channels 5 to 8 are seconds old when the link comes back with a link data frame.
+    pico.run(options="failsafe={11: -1, 12: 4000}, failsafe_ms=60")
+    lose_the_link(pico)
+    pico.board.run_for(150e6)
+    assert pico.pulses() == [0] * 16
+    link_data = ghst.encode.link_data(0x33, (48,) * 4)
+    back = pico.fly(lambda index, t: link_data if index < 40 else ENDS, 250)
+    pico.board.run_for(159e6)
+    since = back.sent[0].end_ns
+    widths = {
+        pin: {round(pulse.width_ns) for pulse in pico.meter.since(since + PERIOD_NS, pin)}
+        for pin in SERVOS
+    }
+    expected = {6: {1_000_000}, 7: {1_000_000}, 8: {1_000_000}, 9: {1_000_000}}
+    assert widths == expected | {10: set(), 11: {1_500_000}, 12: {1_000_000}, 13: set()}
+    pico.board.run_for(100e6)
+    assert [round(pico.meter.last(pin).width_ns) for pin in (10, 11, 12, 13)] == [
+        1_000_000,
+        2_000_000,
+        1_000_000,
+        2_000_000,
+    ]
+
+
 @pytest.mark.parametrize("cut_us", [0.5, 13.0, 24.1, 160.0, 320.5])
 def test_a_link_that_breaks_inside_a_frame(pico: Pico, cut_us: float) -> None:
     pico.run(options="failsafe_ms=60")

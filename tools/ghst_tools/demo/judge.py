@@ -59,6 +59,7 @@ class Demand:
         self._index = {pin: index for index, pin in enumerate(channels)}
         self._failsafe = {pin: failsafe.get(pin, "none") for pin in channels}
         self._received = dict.fromkeys(range(1, 17), 0)
+        self._without = dict.fromkeys(channels, 0)  # what a pin gives while its channel is missing
         silence = (0,) * len(self._index)
         self._changes = [_Change(0.0, 0.0, silence)]
         self._latest = [0.0]
@@ -66,12 +67,16 @@ class Demand:
     def frame(self, end_ns: float, frame: bytes) -> None:
         """A control frame's last stop bit has ended."""
         self._received |= pulses_in(frame)
-        pulses = tuple(self._received[channel] for channel in self.channels.values())
+        pulses = tuple(
+            self._received[channel] or self._without[pin] for pin, channel in self.channels.items()
+        )
         self._add(_Change(end_ns, end_ns + SERVED_WITHIN_NS, pulses))
 
     def failsafe(self, earliest_ns: float, latest_ns: float) -> None:
         """The link is lost: failsafe begins between these times."""
-        self._add(_Change(earliest_ns, latest_ns, tuple(map(self._lost, self._index))))
+        self._without = {pin: self._lost(pin) for pin in self.channels}
+        self._received = dict.fromkeys(self._received, 0)
+        self._add(_Change(earliest_ns, latest_ns, tuple(self._without.values())))
 
     def at(self, pin: int, t_ns: float) -> set[int]:
         """The pulse widths on `pin` that are right for a wrap at `t_ns`; 0 means no pulse."""
@@ -100,7 +105,7 @@ class Demand:
     def _lost(self, pin: int) -> int:
         rule = self._failsafe[pin]
         if rule == HOLD:
-            return self._received[self.channels[pin]]
+            return self._received[self.channels[pin]] or self._without[pin]
         return 0 if isinstance(rule, str) else round(4 * rule)
 
     def _add(self, change: _Change) -> None:

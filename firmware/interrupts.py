@@ -1,0 +1,205 @@
+"""The two hard interrupts of the control path: frame in, servo pulses out, failsafe.
+
+Neither allocates, waits or looks at the main loop for anything but whether it is alive. The two
+have the same priority, so they never interrupt each other.
+"""
+
+# ruff: noqa: F821 - ptr16, ptr32 and uint are viper's own names
+import micropython
+from micropython import const
+
+# Pulse limits in quarter microseconds: 800 us and 2200 us.
+MINIMUM = const(3200)
+MAXIMUM = const(8800)
+
+# Failsafe of an output; any other value is a pulse width in quarter microseconds.
+NONE = const(0)
+HOLD = const(-1)
+
+# Words of a PWM slice in the table of the outputs: address of its compare register, PWM counts of
+# a quarter microsecond times 65536, channels of its outputs A and B, numbers of these outputs.
+SLICE_WORDS = const(6)
+
+SEARCHING = const(0)
+LINKED = const(1)
+FAILSAFE = const(2)
+
+# Words of the control array that both interrupts work on.
+LINK = const(0)
+STAMP = const(1)  # microsecond clock at the last control frame
+FAILSAFE_US = const(2)
+FAILSAFES = const(3)
+TICKS = const(4)
+LOOPS = const(5)  # written by the main loop alone
+SEEN_LOOPS = const(6)
+IDLE_TICKS = const(7)
+STUCK = const(8)  # how often the main loop stood still
+UNREAD_TICKS = const(9)
+SEEN_TAIL = const(10)
+DRIVE = const(11)  # the tick wants the outputs written
+TABLE_BYTES = const(12)
+CLOCK_REGISTER = const(13)
+WRITE_REGISTER = const(14)
+ADDRESS_REGISTER = const(15)
+GAP_ADDRESS = const(16)
+HEAD = const(17)  # addresses of the decoder's words
+TAIL = const(18)
+LINE_QUIET = const(19)
+PULSES = const(20)
+TABLE = const(21)
+FAILSAFE_PULSES = const(22)
+FAILSAFE_RULES = const(23)
+OUTPUTS = const(24)
+FORCE_REGISTER = const(25)  # sets the interrupt flag of the wire's state machine
+FORCE_BIT = const(26)
+WATCHDOG_REGISTER = const(27)
+WATCHDOG_LOAD = const(28)  # 0 = no watchdog
+LED_ON = const(29)
+LED_OFF = const(30)
+LED_MASK = const(31)
+CHECKS_END = const(32)
+CHECKS = const(33)  # address and bit of each thing that must stay switched on
+
+# The main loop is stuck after two seconds, and worth a reset after five where no link is at stake.
+_STUCK_TICKS = const(200)
+_RESET_TICKS = const(500)
+_FRAME_BYTES = const(14)
+_UNREAD_LIMIT = const(3)
+
+# One bit is eight ticks: a pattern of 16 bits takes 1.28 s.
+_LED_SEARCHING = const(0x00FF)
+_LED_LINKED = const(0xFFFF)
+_LED_FAILSAFE = const(0x5555)
+_LED_STUCK = const(0x0005)
+
+
+def frame_handler(context, memory, pulses, decode):
+    """Returns the interrupt handler for the end of a frame or a gap.
+
+    `context`: address of the control array. The outputs are written here and nowhere else; the
+    tick raises this interrupt when failsafe begins. Global names cost a microsecond, and a
+    closure over five variables would allocate on every call.
+    """
+
+    @micropython.viper
+    def on_frame(_machine):
+        c = ptr32(int(context))
+        if ptr32(c[ADDRESS_REGISTER])[0] == c[GAP_ADDRESS]:
+            ptr32(c[LINE_QUIET])[0] = 1
+        ptr32(c[HEAD])[0] = ptr32(c[WRITE_REGISTER])[0] & 255
+        if int(decode(memory, pulses)):
+            c[STAMP] = ptr32(c[CLOCK_REGISTER])[0]
+            c[LINK] = LINKED
+            c[DRIVE] = 1
+        if c[DRIVE]:
+            c[DRIVE] = 0
+            at = c[TABLE]
+            end = at + c[TABLE_BYTES]
+            channels = ptr16(c[PULSES])
+            while at < end:
+                slice = ptr32(at)
+                low = channels[slice[2]]
+                high = channels[slice[3]]
+                # Zero is a channel that has not come, or not come back after failsafe; the rest
+                # is outside of the limits.
+                if uint(low - MINIMUM) > uint(MAXIMUM - MINIMUM):
+                    if low == 0:
+                        low = ptr16(c[FAILSAFE_PULSES])[slice[4]]
+                    if low > MAXIMUM:
+                        low = MAXIMUM
+                    elif low < MINIMUM and low != 0:
+                        low = MINIMUM
+                if uint(high - MINIMUM) > uint(MAXIMUM - MINIMUM):
+                    if high == 0:
+                        high = ptr16(c[FAILSAFE_PULSES])[slice[5]]
+                    if high > MAXIMUM:
+                        high = MAXIMUM
+                    elif high < MINIMUM and high != 0:
+                        high = MINIMUM
+                low = (low * slice[1] + 0x8000) >> 16
+                high = (high * slice[1] + 0x8000) >> 16
+                ptr32(slice[0])[0] = (high << 16) | low
+                at += 4 * SLICE_WORDS
+
+    return on_frame
+
+
+def tick_handler(context):
+    """Returns the interrupt handler for the tick: failsafe, watchdog, LED.
+
+    Failsafe empties the channels, so that after it each output leaves its failsafe value only when
+    its own channel has come again.
+    """
+
+    @micropython.viper
+    def on_tick(_machine):
+        c = ptr32(int(context))
+        ticks = c[TICKS] + 1
+        c[TICKS] = ticks
+        # The difference is right across the wrap of the clock, and it is looked at only while it
+        # is small: failsafe holds until the next control frame.
+        silence = ptr32(c[CLOCK_REGISTER])[0] - c[STAMP]
+        if c[LINK] == LINKED and silence > c[FAILSAFE_US]:
+            rules = ptr32(c[FAILSAFE_RULES])
+            targets = ptr16(c[FAILSAFE_PULSES])
+            channels = ptr16(c[PULSES])
+            index = 0
+            while index < c[OUTPUTS]:
+                pulse = rules[2 * index + 1]
+                if pulse == HOLD:
+                    pulse = channels[rules[2 * index]]
+                    if pulse == 0:
+                        pulse = targets[index]
+                targets[index] = pulse
+                index += 1
+            index = 0
+            while index < 16:
+                channels[index] = 0
+                index += 1
+            c[LINK] = FAILSAFE
+            c[FAILSAFES] = c[FAILSAFES] + 1
+            c[DRIVE] = 1
+            ptr32(c[FORCE_REGISTER])[0] = c[FORCE_BIT]
+        link = c[LINK]
+
+        idle = 0
+        if c[LOOPS] == c[SEEN_LOOPS]:
+            idle = c[IDLE_TICKS] + 1
+            if idle == _STUCK_TICKS:
+                c[STUCK] = c[STUCK] + 1
+        c[SEEN_LOOPS] = c[LOOPS]
+        c[IDLE_TICKS] = idle
+
+        # The frame interrupt never leaves as much as a frame unread: if it does, and its place in
+        # the ring stands still, it is dead.
+        tail = ptr32(c[TAIL])[0]
+        if tail != c[SEEN_TAIL]:
+            c[SEEN_TAIL] = tail
+            c[UNREAD_TICKS] = 0
+        elif (ptr32(c[WRITE_REGISTER])[0] - tail) & 255 >= _FRAME_BYTES:
+            c[UNREAD_TICKS] = c[UNREAD_TICKS] + 1
+        healthy = c[UNREAD_TICKS] < _UNREAD_LIMIT
+        at = CHECKS
+        while at < c[CHECKS_END]:
+            if ptr32(c[at])[0] & c[at + 1] == 0:
+                healthy = False
+            at += 2
+        if idle >= _RESET_TICKS and link != LINKED:
+            healthy = False
+        if healthy and c[WATCHDOG_LOAD]:
+            ptr32(c[WATCHDOG_REGISTER])[0] = c[WATCHDOG_LOAD]
+
+        if c[LED_MASK]:
+            pattern = _LED_SEARCHING
+            if idle >= _STUCK_TICKS:
+                pattern = _LED_STUCK
+            elif link == LINKED:
+                pattern = _LED_LINKED
+            elif link == FAILSAFE:
+                pattern = _LED_FAILSAFE
+            register = c[LED_OFF]
+            if (pattern >> ((ticks >> 3) & 15)) & 1:
+                register = c[LED_ON]
+            ptr32(register)[0] = c[LED_MASK]
+
+    return on_tick
