@@ -231,11 +231,11 @@ ERRORS: list[tuple[Callable[[], bytes], str]] = [
     ),
     (
         lambda: encode.channels_from_pulses(0x10, [6000] * 3),
-        "0 bytes follow the primaries, must be 4",
+        "3 pulse widths given, must be 16",
     ),
     (
         lambda: encode.channels_from_pulses(0x12, [6000] * 14),
-        "2 bytes follow the primaries, must be 4",
+        "14 pulse widths given, must be 16",
     ),
     (lambda: encode.link_data(0x10, centred), "type 0x10 is no link data (0x13, 0x33)"),
     (lambda: encode.link_data(0x13, centred, lq=256), "lq is 256, must be 0..255"),
