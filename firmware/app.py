@@ -6,7 +6,7 @@ import time
 import machine
 import micropython
 
-from firmware import board
+from firmware import board, chip
 from firmware.adapter import Adapter
 from firmware.chip import this_chip
 from firmware.report import Reporter
@@ -22,9 +22,9 @@ def _prepare(path):
         version = ".".join(str(part) for part in sys.implementation.version[:3])
         raise board.BoardError(f"MicroPython {version} is too old: 1.25 or newer is needed")
     here = board.load(path)
-    chip = this_chip().NAME
-    if here.chip != chip:
-        raise board.BoardError(f"{path} is for an {here.chip}, this is an {chip}")
+    name = this_chip().NAME
+    if here.chip != name:
+        raise board.BoardError(f"{path} is for an {here.chip}, this is an {name}")
     return here, Adapter(
         here.wire, here.servos, failsafe=here.failsafe, failsafe_ms=here.failsafe_ms, led=here.led
     )
@@ -35,7 +35,8 @@ def _hello(here):
     version = ".".join(str(part) for part in sys.implementation.version[:3])
     text = f"micropython-ghst {__version__} on {here.name}, MicroPython {version}\n"
     text += f"wire GP{here.wire}, servos {servos}, failsafe after {here.failsafe_ms} ms"
-    if machine.reset_cause() == machine.WDT_RESET:
+    # reset_cause() cannot tell a time-out from machine.reset(), which uses the watchdog too.
+    if machine.mem32[this_chip().WATCHDOG + chip.WATCHDOG_REASON] & 1:
         text += "\nrestarted by the watchdog"
     return text
 

@@ -53,6 +53,7 @@ PIO_MACHINE_SIZE = 0x18
 PIO_EXECCTRL = 0xCC
 PIO_ADDRESS = 0xD4
 WATCHDOG_LOAD = 0x04
+WATCHDOG_REASON = 0x08  # bit 0: time-out; bit 1: forced, as machine.reset() does
 WATCHDOG_ENABLE = 1 << 30
 CLEAR_BITS = 0x3000  # atomic alias of a peripheral register
 

@@ -162,7 +162,7 @@ def test_recording_has_every_change_with_its_time(board: Board, wire: Wire, tmp_
     board.exec("from machine import Pin; p = Pin(25, Pin.OUT, value=1)")
     wire.send(b"\x55")
     board.run_for(1e6)
-    recorder.write(tmp_path / "run.vcd")
+    recorder.write(tmp_path / "run.vcd", resolution_ns=0.001)
     text = (tmp_path / "run.vcd").read_text()
     assert "$timescale 1 ps $end" in text
     assert all(f" {name} $end" in text for name in ("led", "wire", "wire_device"))
@@ -172,3 +172,22 @@ def test_recording_has_every_change_with_its_time(board: Board, wire: Wire, tmp_
     # 0x55 alternates: ten edges a bit apart, to the picosecond.
     steps = [b - a for a, b in pairwise(bits)]
     assert sum(abs(step - BIT_NS * 1000) <= 1 for step in steps) == 9
+
+
+def test_a_recording_is_as_coarse_as_asked_for(board: Board, wire: Wire, tmp_path: Path) -> None:
+    start_ns = board.now_ns
+    recorder = VcdRecorder(board, {}, wire)
+    times: list[float] = []
+    wire.watch(lambda edge: times.append(edge.t_ns))
+    board.run_for(50e3)
+    wire.send(b"\x55")
+    board.run_for(100e3)
+    path = tmp_path / "run.vcd"
+    recorder.write(path)
+    header, _, changes = path.read_text().partition("$enddefinitions $end\n")
+    assert "$timescale 100 ns $end" in header
+    edges = [int(line[1:]) for line in changes.splitlines() if line.startswith("#")]
+    assert len(times) == 10
+    assert edges == [0, *(round((t - start_ns) / 100) for t in times), 1500]
+    with pytest.raises(ValueError, match="no time scale of 25 ns"):
+        recorder.write(path, resolution_ns=25)

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import ghst_tools.micropython_image
 from ghst_tools import boards, captures, filesystem
-from ghst_tools.demo import findings, flight, pulseview
+from ghst_tools.demo import findings, flight
 from ghst_tools.demo import run as demo
 from ghst_tools.demo.emulated import EmulatedFlight
 from ghst_tools.demo.judge import Demand, Judge, width_ns
@@ -177,21 +177,6 @@ def test_missing_and_stray_pulses_are_found() -> None:
     judge = Judge(demand)
     judge.periods(6, [], 0, 195e6)
     assert judge.missing == 1
-
-
-def test_vcd_is_made_coarse_for_pulseview(tmp_path: Path) -> None:
-    path = tmp_path / "a.vcd"
-    path.write_text(
-        "$timescale 1 ps $end\n$var wire 1 ! a $end\n$enddefinitions $end\n"
-        "#0\n0!\n#149999\n1!\n#150001\n0!\n#249999\n1!\n#1000000\n"
-    )
-    pulseview.coarsen(path)
-    assert path.read_text() == (
-        "$timescale 100 ns $end\n$var wire 1 ! a $end\n$enddefinitions $end\n"
-        "#0\n0!\n#1\n1!\n#2\n0!\n1!\n#10\n"
-    )
-    with pytest.raises(ValueError, match="not in picoseconds"):
-        pulseview.coarsen(path)
 
 
 def run_demo(*args: str, image: Path) -> subprocess.CompletedProcess[str]:
