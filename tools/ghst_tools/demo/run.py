@@ -22,7 +22,7 @@ _INTERRUPTED = 130  # what a shell makes of Ctrl-C
 def fly_emulated(plan: flight.Flight, image: Path, out: Path, console: Console) -> Report:
     """The demo on the emulated Pico; leaves `demo.vcd` in `out`."""
     # numpy and the emulator load only where they are needed.
-    from ghst_tools.demo import findings, pulseview
+    from ghst_tools.demo import findings
     from ghst_tools.demo.emulated import EmulatedFlight
 
     started = time.monotonic()
@@ -36,7 +36,6 @@ def fly_emulated(plan: flight.Flight, image: Path, out: Path, console: Console) 
     )
     vcd = out / "demo.vcd"
     flown.recorder.write(vcd)
-    pulseview.coarsen(vcd)
     report.lines.append(("wire and pins", f"{vcd} (PulseView: Open, Import Value Change Dump)"))
     return report
 
