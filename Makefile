@@ -10,13 +10,16 @@ PYTHON_IN_VENV := .venv/bin/python
 GHST := .venv/bin/ghst
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint micropython image flash .venv clean
+.PHONY: help demo bench test lint micropython image flash .venv clean
 
 help: ## This list
 	@sed -n 's/^\([a-z][a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
 demo: $(VENV) ## Watch an emulated board follow a simulated Ghost receiver
 	@$(GHST) demo
+
+bench: $(VENV) ## Measure the firmware on the emulated chip, write docs/figures.md
+	@$(GHST) bench
 
 test: $(VENV) micropython image ## Run every test: CPython, the unix port, the emulated board
 	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS) host_tests

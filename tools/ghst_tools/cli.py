@@ -16,6 +16,7 @@ COMMANDS = {
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
     "emulate": ("ghst_tools.emulator.console_server", "Run the emulated board on a TCP port."),
     "demo": ("ghst_tools.demo.run", "Watch an emulated board follow a simulated receiver."),
+    "bench": ("ghst_tools.bench.run", "Measure the firmware on the emulated chip."),
     "mip-manifest": ("ghst_tools.mip", "Write package.json for lib/ghst."),
 }
 

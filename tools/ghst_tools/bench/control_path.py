@@ -1,0 +1,123 @@
+"""The control path in time: how late the registers are, and how late failsafe is."""
+
+from __future__ import annotations
+
+from itertools import islice
+
+from ghst_tools.bench.figures import COLLECTING, IDLE, PRINTING, Effort, Spread, Table
+from ghst_tools.bench.interrupts import next_tick_ns
+from ghst_tools.bench.rig import CONTROL_TYPES, FAILSAFE_MS, TICK_NS, Rig, Running, control_frames
+from ghst_tools.demo.probes import decoder_state
+from ghst_tools.emulator.wire import BAUD
+
+LOADS = {
+    IDLE: "adapter.poll(); time.sleep_ms(20)",
+    COLLECTING: "adapter.poll(); [bytearray(64) for n in range(20)]; gc.collect()",
+    PRINTING: "adapter.poll(); print('x' * 200)",
+}
+
+# A little off 500 Hz, where every frame would keep its phase to the tick of 10 ms.
+_RATE_HZ = 500 / (1 + 1 / 400)
+_SERVED_WITHIN_NS = 1e6
+_LEAD_NS = 1e6
+
+# Where the ends of frames are put around the start of the tick's interrupt: from, and how far.
+_AROUND_TICK_NS = (-2e3, 18e3)
+
+
+def latencies_us(running: Running, count: int) -> tuple[list[float], int]:
+    """Last stop bit to last compare register for `count` frames; and how many were not served."""
+    frames = islice(control_frames(), count)
+    receiver = running.receiver(frames, _RATE_HZ)
+    before = decoder_state(running.board).frames
+    receiver.start(running.board.now_ns + _LEAD_NS)
+    running.board.run_for(_LEAD_NS + count * 1e9 / _RATE_HZ + _SERVED_WITHIN_NS)
+    found = []
+    for sent in receiver.sent:
+        written = running.compare.last_between(sent.end_ns, sent.end_ns + _SERVED_WITHIN_NS)
+        if written is not None:
+            found.append((written - sent.end_ns) / 1e3)
+    decoded = decoder_state(running.board).frames - before
+    return found, count - min(len(found), decoded)
+
+
+def collisions_us(running: Running, count: int) -> list[float]:
+    """The same for frames that end while the tick's interrupt runs, at `count` places in it."""
+    first_ns = next_tick_ns(running)
+    found = []
+    for number, frame in enumerate(islice(control_frames(), count)):
+        tick_ns = first_ns + (number + 1) * TICK_NS
+        ends_ns = tick_ns + _AROUND_TICK_NS[0] + number * (_AROUND_TICK_NS[1] / count)
+        bits = 10 * len(frame)
+        running.run_until(ends_ns - bits * 1e9 / BAUD - _LEAD_NS)
+        end_ns = running.wire.send(frame, ends_ns - bits * 1e9 / BAUD)
+        running.run_until(end_ns + _SERVED_WITHIN_NS)
+        written = running.compare.last_between(end_ns, end_ns + _SERVED_WITHIN_NS)
+        if written is not None:
+            found.append((written - end_ns) / 1e3)
+    return found
+
+
+def latency(rig: Rig, effort: Effort) -> tuple[Table, ...]:
+    """From the wire to the registers, under each load of the main loop."""
+    rows = []
+    for name in effort.loads:
+        found, lost = latencies_us(rig.fly(LOADS[name]), effort.latency_frames)
+        rows.append(_latency_row(name, found, lost))
+    found = collisions_us(rig.asleep, effort.collisions)
+    rows.append(
+        _latency_row("idle, each frame meets the tick", found, effort.collisions - len(found))
+    )
+    kinds = ", ".join(f"0x{kind:02x}" for kind in CONTROL_TYPES)
+    table = Table(
+        "Last stop bit to last PWM compare register",
+        f"{len(rig.servos)} servos. Microseconds from the end of a frame's last stop bit on the "
+        "wire to the last write of a compare register. Frames of the types "
+        f"{kinds} in turn with random values, at {_RATE_HZ:.2f} Hz: 500 Hz, and so far off that "
+        "their phase to the firmware's tick of 10 ms is ever another. The last row is the worst "
+        "case made on purpose: one frame each 10 ms, timed to end just before or within the "
+        "tick's own interrupt, which it has to wait for.",
+        ("main loop", "frames", "lost", "min", "mean", "p99", "max"),
+        tuple(rows),
+    )
+    return (table,)
+
+
+def _latency_row(name: str, found: list[float], lost: int) -> tuple[str, ...]:
+    spread = Spread.of(found)
+    times = (spread.minimum, spread.mean, spread.p99, spread.maximum)
+    return (name, f"{spread.count}", f"{lost}", *(f"{us:.2f}" for us in times))
+
+
+def failsafe_ms(running: Running, phase_ns: float) -> float:
+    """From the last frame's end to the last compare register, with frames at this phase."""
+    frames = islice(control_frames(), len(CONTROL_TYPES))
+    receiver = running.receiver(frames, 250)
+    start_ns = (running.board.now_ns // TICK_NS + 1) * TICK_NS + phase_ns
+    receiver.start(start_ns)
+    running.run_until(start_ns + len(CONTROL_TYPES) * 4e6)
+    receiver.stop()
+    last_ns = receiver.sent[-1].end_ns
+    running.run_until(last_ns + 2 * FAILSAFE_MS * 1e6)
+    written = running.compare.last_between(last_ns + _SERVED_WITHIN_NS, running.board.now_ns)
+    if written is None:
+        raise TimeoutError(f"no failsafe within {2 * FAILSAFE_MS} ms")
+    return (written - last_ns) / 1e6
+
+
+def failsafe(rig: Rig, effort: Effort) -> tuple[Table, ...]:
+    """From silence to failsafe."""
+    running = rig.asleep
+    phases = effort.failsafe_phases
+    found = Spread.of(
+        [failsafe_ms(running, number * TICK_NS / phases) for number in range(phases)]
+    )
+    table = Table(
+        "Failsafe",
+        f"failsafe_ms = {FAILSAFE_MS}, main loop asleep; milliseconds from the end of the last "
+        "frame to the compare registers that end the pulses, with the last frame at "
+        f"{phases} phases of the tick of 10 ms. A pulse under way is finished.",
+        ("link losses", "min", "max"),
+        ((f"{found.count}", f"{found.minimum:.3f}", f"{found.maximum:.3f}"),),
+    )
+    return (table,)

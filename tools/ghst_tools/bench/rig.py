@@ -1,0 +1,118 @@
+"""The chip that is measured: an emulated Pico with the firmware of this tree, and its meters."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import cycle
+from pathlib import Path
+
+from ghst import encode  # type: ignore[import-not-found]
+from ghst_tools import boards, device_files, filesystem
+from ghst_tools.demo.probes import CompareWrites, ConsoleLog
+from ghst_tools.emulator import Board, GhostReceiver, PulseMeter, Wire
+
+CLOCK_HZ = 125_000_000
+FAILSAFE_MS = 100
+TICK_NS = 10e6
+"""The tick of the firmware: failsafe, watchdog, LED."""
+
+# A measurement replaces main.py; apart from that the files are those that a board gets.
+_READY = "measurement ready"
+_START = """
+import gc, time
+from firmware.adapter import Adapter
+adapter = Adapter({arguments})
+adapter.start()
+"""
+
+CONTROL_TYPES = (0x10, 0x11, 0x12, 0x13, 0x14, 0x30, 0x31, 0x32, 0x33, 0x34)
+_LINK_DATA = (0x13, 0x33)
+
+
+class Rig:
+    """What does not change from one measurement to the next: image, files, pins."""
+
+    def __init__(self, image: Path, board: str = boards.DEFAULT_BOARD) -> None:
+        self.definition = boards.load(board)
+        self.files = device_files.collect(self.definition)
+        self._image = image
+        pins = json.loads(self.definition.definition)["pins"]
+        self.wire_pin: int = pins["ghst_wire"]
+        self.servos = {int(pin): channel for pin, channel in pins["servos"].items()}
+        self._led: int = pins["led"]
+
+    def arguments(self, options: str = "") -> str:
+        """The arguments of `Adapter(...)` for this board; `options`: more of them."""
+        return f"{self.wire_pin}, {self.servos}, led={self._led}, {options}"
+
+    def power_on(self) -> Running:
+        """A board with the firmware as users have it, at the moment of power-on."""
+        return Running(self, self._image, self.files)
+
+    def run(self, program: str) -> Running:
+        """A board that has `program` as its main.py; runs until it has printed `ready()`."""
+        running = Running(self, self._image, self.files | {"/main.py": program.encode()})
+        running.board.boot(until=_READY.encode())
+        return running
+
+    def fly(self, loop: str, options: str = "") -> Running:
+        """A board with a started `adapter` and `loop`, one line, as its endless main loop."""
+        start = _START.format(arguments=self.arguments(options))
+        return self.run(f"{start}{self.ready}\nwhile True:\n    {loop}\n")
+
+    @cached_property
+    def asleep(self) -> Running:
+        """One board for everything that needs no main loop: it sleeps, failsafe is `FAILSAFE_MS`.
+
+        Link losses end in failsafe, and leave it with the next frame.
+        """
+        return self.fly("time.sleep(60)", f"failsafe_ms={FAILSAFE_MS}")
+
+    @property
+    def ready(self) -> str:
+        """The line of a program that tells `run` to go on."""
+        return f"print({_READY!r})"
+
+
+class Running:
+    """An emulated board with a wire, and meters on its servo pins."""
+
+    def __init__(self, rig: Rig, image: Path, files: dict[str, bytes]) -> None:
+        self.board = Board(image, filesystem.build(files, rig.definition.filesystem_size))
+        self.wire = Wire(self.board, rig.wire_pin)
+        self.meter = PulseMeter(self.board, rig.servos)
+        self.compare = CompareWrites(self.board, rig.servos)
+        self.console = ConsoleLog(self.board)
+
+    def receiver(self, frames: Iterator[bytes], rate_hz: float) -> GhostReceiver:
+        """A simulated receiver that will send `frames` until they end."""
+        return GhostReceiver(self.wire, lambda index, t_ns: next(frames, None), rate_hz)
+
+    def numbers(self, name: str) -> list[int]:
+        """The numbers that the program has printed between the words `name` and `end`."""
+        words = bytes(self.board.console.output).split()
+        start = words.index(name.encode()) + 1
+        return [int(word) for word in words[start : words.index(b"end", start)]]
+
+    def run_until(self, t_ns: float) -> None:
+        """Run to a time since power-on, unless it has passed."""
+        if t_ns > self.board.now_ns:
+            self.board.run_for(t_ns - self.board.now_ns)
+
+
+def control_frames(types: tuple[int, ...] = CONTROL_TYPES) -> Iterator[bytes]:
+    """Control frames of these types in turn, without end, with random values.
+
+    The values use the whole raw range, so that pulses beyond the limits occur. Every call begins
+    the same sequence.
+    """
+    values = random.Random(0x6857)
+    for kind in cycle(types):
+        primaries = [values.randrange(4096) for _ in range(4)]
+        if kind in _LINK_DATA:
+            yield encode.link_data(kind, primaries)
+        else:
+            yield encode.channels(kind, primaries, [values.randrange(256) for _ in range(4)])
