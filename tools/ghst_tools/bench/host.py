@@ -13,7 +13,7 @@ from ghst_tools.bench.figures import Effort, Table
 from ghst_tools.bench.rig import control_frames
 from ghst_tools.errors import GhstError
 
-_RUNS = 3
+_RUNS = 5
 _DISTINCT = 100  # frames; they are fed again and again
 
 _UNIX_PROGRAM = """

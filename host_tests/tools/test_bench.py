@@ -1,0 +1,167 @@
+"""`ghst bench`: its arithmetic, two quick runs that have to agree, and what it does in trouble."""
+
+import re
+import subprocess
+import sys
+from datetime import date
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from ghst_tools import boards, device_files
+from ghst_tools.bench import document
+from ghst_tools.bench.control_path import latencies_us
+from ghst_tools.bench.figures import Spread, Table
+from ghst_tools.bench.rig import CLOCK_HZ, CONTROL_TYPES, Rig, control_frames
+from ghst_tools.bench.run import command
+
+HOST_TABLE = "ghst.Receiver on the host"
+
+Rows = dict[str, list[str]]
+
+
+def test_spread_takes_the_nearest_rank() -> None:
+    assert Spread.of(range(200, 0, -1)) == Spread(200, 1, 100.5, 198, 200)
+    assert Spread.of([2.5]) == Spread(1, 2.5, 2.5, 2.5, 2.5)
+    with pytest.raises(ValueError, match="nothing was measured"):
+        Spread.of([])
+
+
+def test_a_table_becomes_markdown() -> None:
+    table = Table("Title", "How.", ("what", "us"), (("a", "1.0"), ("b", "2.5")))
+    text = document.markdown([table], [("MicroPython", "1.2.3")], "make something")
+    start, _, section = text.partition("## ")
+    assert section == (
+        "Title\n\nHow.\n\n| what | us |\n| --- | ---: |\n| a | 1.0 |\n| b | 2.5 |\n"
+    )
+    assert f"Written by `make something` on {date.today()};" in start
+    assert "\n- MicroPython: 1.2.3\n" in start
+    assert all(f"\n- {line}\n" in start for line in document.NOT_MODELLED)
+
+
+def test_control_frames_are_the_same_in_every_run_and_of_every_type() -> None:
+    first, second = control_frames(), control_frames()
+    frames = [next(first) for _ in range(3 * len(CONTROL_TYPES))]
+    assert frames == [next(second) for _ in frames]
+    assert [frame[2] for frame in frames] == 3 * list(CONTROL_TYPES)
+    assert len(set(frames)) == len(frames)
+
+
+@pytest.fixture(scope="module")
+def quick_runs(micropython_image: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """What two quick runs, side by side, have written."""
+    paths = [tmp_path_factory.mktemp("bench") / "figures.md" for _ in range(2)]
+    arguments = [sys.executable, "-m", "ghst_tools.cli", "bench", "--quick"]
+    runs = [
+        subprocess.Popen(
+            [*arguments, "--image", str(micropython_image), "--out", str(path)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        for path in paths
+    ]
+    for run in runs:
+        output, _ = run.communicate()
+        assert run.returncode == 0, output
+    return [path.read_text() for path in paths]
+
+
+@pytest.fixture(scope="module")
+def tables(quick_runs: list[str]) -> dict[str, Rows]:
+    """The first of these: title -> first column -> other columns."""
+    found: dict[str, Rows] = {}
+    for section in quick_runs[0].split("\n## ")[1:]:
+        rows = re.findall(r"^\| (.*) \|$", section, re.MULTILINE)[2:]
+        cells = [row.split(" | ") for row in rows]
+        found[section.partition("\n")[0]] = {name: others for name, *others in cells}
+    return found
+
+
+def test_emulated_figures_are_the_same_in_every_run(quick_runs: list[str]) -> None:
+    first, second = (run.partition(f"\n## {HOST_TABLE}\n") for run in quick_runs)
+    assert first[0] == second[0]
+    assert first[0].count("\n## ") == 8
+    assert first[2].count("\n| ") == second[2].count("\n| ") == 4
+
+
+def test_every_frame_reaches_the_registers(tables: dict[str, Rows]) -> None:
+    rows = tables["Last stop bit to last PWM compare register"]
+    frames, lost, least, mean, p99, most = rows["idle"]
+    assert (frames, lost) == ("40", "0")
+    assert 20 < float(least) <= float(mean) <= float(p99) <= float(most) <= 35
+    # One that meets the tick waits for it, and for nothing else.
+    frames, lost, _, _, _, latest = rows["idle, each frame meets the tick"]
+    (tick_us,) = (
+        float(cells[-1])
+        for name, cells in tables["CPU cycles of the whole interrupts"].items()
+        if name.startswith("tick")
+    )
+    assert (frames, lost) == ("10", "0")
+    assert float(most) < float(latest) < float(most) + tick_us
+
+
+def test_share_of_the_cpu_is_that_of_the_cycles(tables: dict[str, Rows]) -> None:
+    """Two ways to measure it: instruction by instruction, and what is left for the main loop."""
+    interrupts = tables["CPU cycles of the whole interrupts"]
+    cycles = [int(least) for name, (least, *_) in interrupts.items() if name.startswith("frame")]
+    assert len(cycles) == len(CONTROL_TYPES)
+    shares = {int(rate): row[-1] for rate, row in tables["Share of the CPU"].items() if row[-1]}
+    assert list(shares) == [55, 250, 500]
+    for rate_hz in (250, 500):
+        expected = 100 * rate_hz * sum(cycles) / len(cycles) / CLOCK_HZ
+        assert float(shares[rate_hz].removesuffix(" %")) == pytest.approx(expected, rel=0.1)
+
+
+def test_pulses_and_failsafe_are_as_promised(tables: dict[str, Rows]) -> None:
+    ((pulses, (wrong, least, most)),) = tables["Pulse width at the pin"].items()
+    # Eight pins at 50 Hz for 0.2 s; the first pulse comes with the first frames.
+    assert 8 * 10 <= int(pulses) <= 8 * 12
+    assert wrong == "0"
+    # Half a step of 0.3125 us, and two clocks of the divider's fraction.
+    assert -0.1725 < float(least) < 0 < float(most) < 0.1725
+    ((losses, (soonest, latest)),) = tables["Failsafe"].items()
+    assert losses == "2"
+    assert 100 < float(soonest) < float(latest) <= 120
+    boot = {name: float(ms) for name, (ms,) in tables["Power-on to pulses"].items()}
+    assert 0 < boot["first pulse on a servo pin"] < boot["pulses on all servo pins"] < 1000
+
+
+def test_memory_adds_up_and_frames_take_none(tables: dict[str, Rows]) -> None:
+    ((frames, (taken,)),) = tables["Heap taken by frames"].items()
+    assert int(frames) >= 50
+    assert taken == "0"
+    ram = {name: int(size) for name, (size,) in tables["RAM"].items()}
+    heap, before, modules, adapter, then = ram.values()
+    assert before + modules + adapter == then < heap
+    assert min(ram.values()) > 0
+    files = {path: int(size) for path, (size,) in tables["Files on the board"].items()}
+    in_all = files.pop("in all")
+    built = device_files.collect(boards.load(boards.DEFAULT_BOARD))
+    assert files == {path: len(content) for path, content in built.items()}
+    assert in_all == sum(files.values())
+
+
+def test_frames_that_are_not_served_count_as_lost(micropython_image: Path) -> None:
+    running = Rig(micropython_image).fly("adapter.stop(); time.sleep(60)")
+    running.board.run_for(60e6)
+    assert latencies_us(running, 5) == ([], 5)
+
+
+def test_a_quick_run_never_becomes_the_figures_of_the_project() -> None:
+    done = CliRunner().invoke(command, ["--quick"])
+    assert done.exit_code == 2
+    assert "--quick is too little for docs/figures.md: name a file with --out" in done.output
+
+
+def test_a_file_that_is_no_image_is_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "image.uf2"
+    path.write_bytes(b"no image")
+    done = subprocess.run(
+        [sys.executable, "-m", "ghst_tools.cli", "bench", "--image", str(path)],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert re.fullmatch(r"ghst: .*image\.uf2.*\n", done.stderr)
