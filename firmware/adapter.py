@@ -8,6 +8,13 @@ from ghst import Receiver
 
 LINK_NAMES = ("searching", "linked", "failsafe")
 
+MINIMUM_FAILSAFE_MS = 110
+MAXIMUM_FAILSAFE_MS = 10_000
+
+# The adapter that has the hardware: interrupts and DMA know its memory by address alone, and only
+# this keeps it from the garbage collector.
+_running = None
+
 __all__ = ("FAILSAFE", "LINKED", "LINK_NAMES", "SEARCHING", "Adapter")
 
 
@@ -15,16 +22,27 @@ class Adapter:
     """The control path of one receiver.
 
     Control frames move the servos from interrupts alone. The main loop calls `poll` at least once
-    a second and reads `receiver`, `link` and `status()` whenever it likes.
+    a second and reads `receiver`, `link` and `status()` whenever it likes. In failsafe the
+    channels in `receiver.pulses` are 0, each until it comes again. An adapter is started once.
     """
 
     def __init__(self, wire_pin, channels, *, failsafe=None, failsafe_ms=500, led=None):
         """Claims the pins; nothing moves before `start`.
 
         `wire_pin`: GPIO of the Ghost wire. `channels`: {GPIO: channel 1..16}. `failsafe`:
-        {GPIO: outputs.HOLD, outputs.NONE or quarter microseconds}. `failsafe_ms`: 50..10000.
-        `led`: GPIO or None. Raises `ValueError` for what cannot be.
+        {GPIO: outputs.HOLD, outputs.NONE or quarter microseconds}. `failsafe_ms`: 110..10000, two
+        frames of Long Range at least. `led`: GPIO or None. Raises `ValueError` for what cannot be,
+        and while another adapter runs.
         """
+        if _running:
+            raise ValueError("an adapter is running: stop it first")
+        if not MINIMUM_FAILSAFE_MS <= failsafe_ms <= MAXIMUM_FAILSAFE_MS:
+            raise ValueError(f"failsafe_ms is {failsafe_ms}, must be 110..10000")
+        if wire_pin in channels:
+            raise ValueError(f"GP{wire_pin} is the Ghost wire and a servo output")
+        if led is not None and (led == wire_pin or led in channels):
+            raise ValueError(f"GP{led} is the LED and something else")
+        self._started = False
         self.outputs = ServoOutputs(channels, failsafe=failsafe)
         self._wire = PioWire(wire_pin)
         self.receiver = Receiver(self._wire.memory)
@@ -34,12 +52,20 @@ class Adapter:
 
     def start(self, *, watchdog=True):
         """Begins to receive. `watchdog`: whether the chip is reset when the control path stops."""
+        global _running
+        if self._started:
+            raise ValueError("an adapter is started once: make a new one")
+        self._started = True
+        _running = self
         self.control.start(watchdog=watchdog)
 
     def stop(self):
-        """Makes the pins quiet and gives all hardware back."""
-        self.control.stop()
-        self.outputs.stop()
+        """Makes the pins quiet and gives all hardware back; may be called again."""
+        global _running
+        if _running is self:
+            self.control.stop()
+            self.outputs.stop()
+            _running = None
 
     def poll(self):
         """Says that the main loop is alive; returns `SEARCHING`, `LINKED` or `FAILSAFE`."""

@@ -50,13 +50,17 @@ def run(adapter, hello):
     reporter = Reporter(hello)
     faults = 0
     fault = None
+
+    def report():
+        reporter.update(adapter, faults, fault)
+
     while True:
-        try:
-            adapter.poll()
-            reporter.update(adapter, faults, fault)
-        except Exception as error:
-            faults += 1
-            fault = error
+        for step in (adapter.poll, report):
+            try:
+                step()
+            except Exception as error:
+                faults += 1
+                fault = error
         time.sleep_ms(_LOOP_MS)
 
 
@@ -67,14 +71,22 @@ def main(path="/board.json"):
     except (board.BoardError, ValueError) as error:
         print(f"micropython-ghst: {error}. Nothing moves.")
         return
+    except OSError as error:
+        print(f"micropython-ghst: DMA or PIO is taken by something else: {error}. Nothing moves.")
+        return
     try:
         adapter.start()
         run(adapter, _hello(here))
     except KeyboardInterrupt:
         pass
     finally:
-        # A second Ctrl-C must not stop this half way.
-        micropython.kbd_intr(-1)
-        adapter.stop()
+        while True:
+            try:
+                # From here on no Ctrl-C is taken; one may be pending, then all of it once more.
+                micropython.kbd_intr(-1)
+                adapter.stop()
+                break
+            except KeyboardInterrupt:
+                pass
         micropython.kbd_intr(_CTRL_C)
         print("micropython-ghst stopped, pins quiet, watchdog paused. Start again: main()")

@@ -25,9 +25,12 @@ class Board:
         self.wire = _pin("pins.ghst_wire", _get(pins, "ghst_wire", int, "pins."))
         self.servos = {}
         for key, channel in _get(pins, "servos", dict, "pins.").items():
-            if not isinstance(channel, int):
-                raise BoardError(f"pins.servos.{key}: the channel must be a number, 1..16")
-            self.servos[_pin("pins.servos", key)] = channel
+            if type(channel) is not int or not 1 <= channel <= 16:
+                raise BoardError(f"pins.servos.{key} is {channel!r}, must be a channel, 1..16")
+            pin = _pin("pins.servos", key)
+            if pin in self.servos:
+                raise BoardError(f"pins.servos names GP{pin} twice")
+            self.servos[pin] = channel
         led = pins.get("led")
         self.led = None if led is None else _pin("pins.led", led)
         self.failsafe_ms = _get(values, "failsafe_ms", int, default=500)
@@ -40,22 +43,23 @@ class Board:
 
 
 def _get(values, key, kind, where="", default=None):
-    value = values.get(key, default)
+    value = values.get(key)
+    if value is None:
+        value = default
     if value is None:
         raise BoardError(f"{where}{key} is missing")
-    if not isinstance(value, kind):
+    if type(value) is not kind:
         raise BoardError(f"{where}{key} is {value!r}, must be of type {kind.__name__}")
     return value
 
 
 def _pin(where, value):
-    try:
-        pin = int(value)
-    except (TypeError, ValueError):
-        pin = -1
-    if not 0 <= pin <= 29:
+    # The keys of a JSON object are strings.
+    if isinstance(value, str) and value.isdigit():
+        value = int(value)
+    if type(value) is not int or not 0 <= value <= 29:
         raise BoardError(f"{where}: {value!r} is no GPIO number, 0..29")
-    return pin
+    return value
 
 
 def _rule(key, rule):
@@ -63,7 +67,7 @@ def _rule(key, rule):
         return HOLD
     if rule == "none":
         return NONE
-    if isinstance(rule, (int, float)) and 800 <= rule <= 2200:
+    if type(rule) in (int, float) and 800 <= rule <= 2200:
         return round(4 * rule)
     raise BoardError(f'failsafe.{key} is {rule!r}, must be "hold", "none" or 800..2200 us')
 

@@ -15,7 +15,11 @@ class RP2040:
     WATCHDOG = 0x40058000
     # Erratum RP2040-E1: the counter loses two for every tick.
     WATCHDOG_COUNTS_PER_US = 2
+    PIO_INTERRUPT = 7  # of PIO block 0; two a block
+    DMA_CHANNELS = 12
+    DMA_ABORT = 0x50000444
     DMA_BUSY = 1 << 24
+    DMA_CHAIN_TO = 11  # lowest bit of the field
     GPIO_SET = 0xD0000014
     GPIO_CLEAR = 0xD0000018
 
@@ -28,7 +32,11 @@ class RP2350:
     TIMER_RAW_LOW = 0x400B0028
     WATCHDOG = 0x400D8000
     WATCHDOG_COUNTS_PER_US = 1
+    PIO_INTERRUPT = 15
+    DMA_CHANNELS = 16
+    DMA_ABORT = 0x50000464
     DMA_BUSY = 1 << 26
+    DMA_CHAIN_TO = 13
     GPIO_SET = 0xD0000018
     GPIO_CLEAR = 0xD0000020
 
@@ -45,13 +53,17 @@ DMA_CHANNEL_SIZE = 0x40
 DMA_WRITE_ADDRESS = 0x04
 DMA_CONTROL = 0x10  # the alias that starts nothing
 DMA_COUNT_TRIGGER = 0x1C
-DMA_CHANNELS = 12
+DMA_ENABLE = 1
 PIO = (0x50200000, 0x50300000)
 PIO_FIFO = 0x20
 PIO_IRQ_FORCE = 0x34
 PIO_MACHINE_SIZE = 0x18
 PIO_EXECCTRL = 0xCC
 PIO_ADDRESS = 0xD4
+# Of the Arm cores: one bit, or one byte of priority, for each interrupt.
+NVIC_ENABLE = 0xE000E100
+NVIC_DISABLE = 0xE000E180
+NVIC_PRIORITY = 0xE000E400
 WATCHDOG_LOAD = 0x04
 WATCHDOG_REASON = 0x08  # bit 0: time-out; bit 1: forced, as machine.reset() does
 WATCHDOG_ENABLE = 1 << 30

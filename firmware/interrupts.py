@@ -1,7 +1,8 @@
 """The two hard interrupts of the control path: frame in, servo pulses out, failsafe.
 
-Neither allocates, waits or looks at the main loop for anything but whether it is alive. The two
-have the same priority, so they never interrupt each other.
+Neither allocates, waits or looks at the main loop for anything but whether it is alive. The frame
+interrupt may interrupt the tick, as it may everything else on the chip; the tick masks it for the
+few microseconds in which both would decide about the link.
 """
 
 # ruff: noqa: F821 - ptr16, ptr32 and uint are viper's own names
@@ -36,29 +37,33 @@ IDLE_TICKS = const(7)
 STUCK = const(8)  # how often the main loop stood still
 UNREAD_TICKS = const(9)
 SEEN_TAIL = const(10)
-DRIVE = const(11)  # the tick wants the outputs written
-TABLE_BYTES = const(12)
-CLOCK_REGISTER = const(13)
-WRITE_REGISTER = const(14)
-ADDRESS_REGISTER = const(15)
-GAP_ADDRESS = const(16)
-HEAD = const(17)  # addresses of the decoder's words
-TAIL = const(18)
-LINE_QUIET = const(19)
-PULSES = const(20)
-TABLE = const(21)
-FAILSAFE_PULSES = const(22)
-FAILSAFE_RULES = const(23)
-OUTPUTS = const(24)
-FORCE_REGISTER = const(25)  # sets the interrupt flag of the wire's state machine
-FORCE_BIT = const(26)
-WATCHDOG_REGISTER = const(27)
-WATCHDOG_LOAD = const(28)  # 0 = no watchdog
-LED_ON = const(29)
-LED_OFF = const(30)
-LED_MASK = const(31)
-CHECKS_END = const(32)
-CHECKS = const(33)  # address and bit of each thing that must stay switched on
+DEAD = const(11)  # the frame interrupt does not answer: no pulses, and the watchdog starves
+DRIVE = const(12)  # the tick wants the outputs written
+TABLE_BYTES = const(13)
+CLOCK_REGISTER = const(14)
+WRITE_REGISTER = const(15)
+ADDRESS_REGISTER = const(16)
+GAP_ADDRESS = const(17)
+HEAD = const(18)  # addresses of the decoder's words
+TAIL = const(19)
+LINE_QUIET = const(20)
+PULSES = const(21)
+TABLE = const(22)
+FAILSAFE_PULSES = const(23)
+FAILSAFE_RULES = const(24)
+OUTPUTS = const(25)
+MASK_REGISTER = const(26)  # these mask and unmask it
+UNMASK_REGISTER = const(27)
+INTERRUPT_BIT = const(28)
+FORCE_REGISTER = const(29)  # sets the interrupt flag of the wire's state machine
+FORCE_BIT = const(30)
+WATCHDOG_REGISTER = const(31)
+WATCHDOG_LOAD = const(32)  # 0 = no watchdog
+LED_ON = const(33)
+LED_OFF = const(34)
+LED_MASK = const(35)
+CHECKS_END = const(36)
+CHECKS = const(37)  # address and bits of each thing that must stay switched on
 
 # The main loop is stuck after two seconds, and worth a reset after five where no link is at stake.
 _STUCK_TICKS = const(200)
@@ -136,30 +141,41 @@ def tick_handler(context):
         c = ptr32(int(context))
         ticks = c[TICKS] + 1
         c[TICKS] = ticks
+        if c[DRIVE]:
+            # Raised a tick ago, and the frame interrupt did not come: nobody else writes the
+            # outputs, so they are switched off from here.
+            c[DEAD] = 1
+            at = c[TABLE]
+            while at < c[TABLE] + c[TABLE_BYTES]:
+                ptr32(ptr32(at)[0])[0] = 0
+                at += 4 * SLICE_WORDS
         # The difference is right across the wrap of the clock, and it is looked at only while it
         # is small: failsafe holds until the next control frame.
-        silence = ptr32(c[CLOCK_REGISTER])[0] - c[STAMP]
-        if c[LINK] == LINKED and silence > c[FAILSAFE_US]:
-            rules = ptr32(c[FAILSAFE_RULES])
-            targets = ptr16(c[FAILSAFE_PULSES])
-            channels = ptr16(c[PULSES])
-            index = 0
-            while index < c[OUTPUTS]:
-                pulse = rules[2 * index + 1]
-                if pulse == HOLD:
-                    pulse = channels[rules[2 * index]]
-                    if pulse == 0:
-                        pulse = targets[index]
-                targets[index] = pulse
-                index += 1
-            index = 0
-            while index < 16:
-                channels[index] = 0
-                index += 1
-            c[LINK] = FAILSAFE
-            c[FAILSAFES] = c[FAILSAFES] + 1
-            c[DRIVE] = 1
-            ptr32(c[FORCE_REGISTER])[0] = c[FORCE_BIT]
+        if c[LINK] == LINKED and ptr32(c[CLOCK_REGISTER])[0] - c[STAMP] > c[FAILSAFE_US]:
+            ptr32(c[MASK_REGISTER])[0] = c[INTERRUPT_BIT]
+            # A frame may have come until now.
+            if ptr32(c[CLOCK_REGISTER])[0] - c[STAMP] > c[FAILSAFE_US]:
+                rules = ptr32(c[FAILSAFE_RULES])
+                targets = ptr16(c[FAILSAFE_PULSES])
+                channels = ptr16(c[PULSES])
+                index = 0
+                while index < c[OUTPUTS]:
+                    pulse = rules[2 * index + 1]
+                    if pulse == HOLD:
+                        pulse = channels[rules[2 * index]]
+                        if pulse == 0:
+                            pulse = targets[index]
+                    targets[index] = pulse
+                    index += 1
+                index = 0
+                while index < 16:
+                    channels[index] = 0
+                    index += 1
+                c[LINK] = FAILSAFE
+                c[FAILSAFES] = c[FAILSAFES] + 1
+                c[DRIVE] = 1
+                ptr32(c[FORCE_REGISTER])[0] = c[FORCE_BIT]
+            ptr32(c[UNMASK_REGISTER])[0] = c[INTERRUPT_BIT]
         link = c[LINK]
 
         idle = 0
@@ -178,10 +194,12 @@ def tick_handler(context):
             c[UNREAD_TICKS] = 0
         elif (ptr32(c[WRITE_REGISTER])[0] - tail) & 255 >= _FRAME_BYTES:
             c[UNREAD_TICKS] = c[UNREAD_TICKS] + 1
-        healthy = c[UNREAD_TICKS] < _UNREAD_LIMIT
+            if c[UNREAD_TICKS] == _UNREAD_LIMIT:
+                c[DEAD] = 1
+        healthy = c[DEAD] == 0
         at = CHECKS
         while at < c[CHECKS_END]:
-            if ptr32(c[at])[0] & c[at + 1] == 0:
+            if ptr32(c[at])[0] & c[at + 1] != c[at + 1]:
                 healthy = False
             at += 2
         if idle >= _RESET_TICKS and link != LINKED:

@@ -30,6 +30,9 @@ class ServoOutputs:
         """
         if not channels:
             raise ValueError("no servo outputs given")
+        for pin in failsafe or ():
+            if pin not in channels:
+                raise ValueError(f"failsafe names GP{pin}, which is no servo output")
         if not 50 <= frequency <= 400:
             raise ValueError(f"servo frequency is {frequency} Hz, must be 50..400")
         self._pins = sorted(channels)
@@ -99,11 +102,11 @@ class ServoOutputs:
         return word >> 16 if pin & 1 else word & 0xFFFF
 
     def stop(self):
-        """Ends the pulses: a running one is finished, then the pins are inputs, pulled down."""
+        """Ends the pulses: a running one is finished, then the pins are driven low."""
         for number in self._slices:
             machine.mem32[self._register(number, chip.PWM_COMPARE)] = 0
         time.sleep_ms(2 * self._period_ms)
         for pin in self._pins:
-            machine.Pin(pin, machine.Pin.IN, machine.Pin.PULL_DOWN)
+            machine.Pin(pin, machine.Pin.OUT, value=0)
         for number in self._slices:
             machine.mem32[self._register(number, chip.PWM_CONTROL)] = 0

@@ -1,4 +1,8 @@
-"""Tells on the USB console what happens, and never waits for somebody to read it."""
+"""Tells on the USB console what happens.
+
+Nothing is printed while the host does not take it. One that stops in the middle of a line holds
+the main loop up for half a second, MicroPython's limit, and no pulse.
+"""
 
 import select
 import sys
@@ -44,7 +48,8 @@ class Reporter:
     def _asked(self):
         asked = False
         while _ready(self._input):
-            if sys.stdin.read(1) in "\r\n":
+            # Bytes: a text read would wait for the rest of a character.
+            if sys.stdin.buffer.read(1) in b"\r\n":
                 asked = True
         return asked
 

@@ -66,12 +66,14 @@ class PioWire:
 
     `memory` is for `ghst.Receiver(memory)`. `write_register`, `address_register` and
     `gap_address` are what the interrupt needs: where DMA will write next, and whether the line has
-    gone quiet in the middle of a frame; `force_interrupt`, a register and a bit, raises it;
+    gone quiet in the middle of a frame; `interrupt` is its number, and `force_interrupt`, a
+    register and a bit, raises it;
     `enabled` are registers and bits that must stay set.
     """
 
     def __init__(self, pin, *, state_machine=0):
         """`pin`: GPIO number; `state_machine`: 0..7 (rp2 numbering), any free one."""
+        self._chip = chip.this_chip()
         block, index = divmod(state_machine, 4)
         self._dreq = 8 * block + 4 + index
         self._release_stale_channels()
@@ -95,24 +97,36 @@ class PioWire:
         self.address_register = registers + chip.PIO_ADDRESS
         self.gap_address = (first + parked[1]) & 31
         self.enabled = ((chip.PIO[block], 1 << index),)
+        self.interrupt = self._chip.PIO_INTERRUPT + 2 * block
         self.force_interrupt = (chip.PIO[block] + chip.PIO_IRQ_FORCE, 1 << index)
         self._start_dma(address + RING, chip.PIO[block] + chip.PIO_FIFO + 4 * index)
 
     def _release_stale_channels(self):
         # A soft reset leaves DMA channels running: one that still waits for this state machine
         # would write into memory that now belongs to somebody else.
-        for channel in range(chip.DMA_CHANNELS):
-            control = chip.DMA + channel * chip.DMA_CHANNEL_SIZE + chip.DMA_CONTROL
-            request = rp2.DMA.unpack_ctrl(machine.mem32[control])
+        for channel in range(self._chip.DMA_CHANNELS):
+            request = rp2.DMA.unpack_ctrl(machine.mem32[_control(channel)])
             if request["treq_sel"] == self._dreq and request["enable"]:
-                machine.mem32[control] = 0
+                self._abort((channel,))
+
+    def _abort(self, channels):
+        # Disabled and chained to nothing first, or an abort starts the next channel (errata
+        # RP2040-E13, RP2350-E5).
+        for channel in channels:
+            machine.mem32[_control(channel)] = channel << self._chip.DMA_CHAIN_TO
+        for channel in channels:
+            machine.mem32[self._chip.DMA_ABORT] = 1 << channel
+            while machine.mem32[_control(channel)] & self._chip.DMA_BUSY:
+                pass
 
     def _start_dma(self, address, fifo):
         self._data = rp2.DMA()
         self._reload = rp2.DMA()
+        self._numbers = (self._data.channel, self._reload.channel)
+        self._abort(self._numbers)
         registers = chip.DMA + self._data.channel * chip.DMA_CHANNEL_SIZE
         self.write_register = registers + chip.DMA_WRITE_ADDRESS
-        self.enabled += ((registers + chip.DMA_CONTROL, chip.this_chip().DMA_BUSY),)
+        self.enabled += ((registers + chip.DMA_CONTROL, self._chip.DMA_BUSY | chip.DMA_ENABLE),)
         # A transfer count runs out one day. The second channel then writes it anew, which starts
         # the first one again where it stopped.
         self._count = array("I", [1 << 14])
@@ -120,7 +134,15 @@ class PioWire:
             read=self._count,
             write=registers + chip.DMA_COUNT_TRIGGER,
             count=1,
-            ctrl=self._reload.pack_ctrl(inc_read=False, inc_write=False),
+            # Every field that RP2350 has elsewhere is named: the defaults of MicroPython 1.25 put
+            # them where the RP2040 has them.
+            ctrl=self._reload.pack_ctrl(
+                inc_read=False,
+                inc_write=False,
+                ring_sel=False,
+                ring_size=0,
+                chain_to=self._reload.channel,
+            ),
         )
         self._data.config(
             read=fifo + 3,  # shifted in from the left: the byte is the top one of the word
@@ -147,8 +169,10 @@ class PioWire:
         """Stops receiving and gives the state machine and both DMA channels back."""
         self._machine.active(0)
         self._machine.irq(None)
-        # The chain first, or aborting the data channel starts it again (erratum RP2040-E13).
-        machine.mem32[chip.DMA + self._data.channel * chip.DMA_CHANNEL_SIZE + chip.DMA_CONTROL] = 0
-        for channel in (self._data, self._reload):
-            channel.active(False)
-            channel.close()
+        self._abort(self._numbers)
+        self._data.close()
+        self._reload.close()
+
+
+def _control(channel):
+    return chip.DMA + channel * chip.DMA_CHANNEL_SIZE + chip.DMA_CONTROL

@@ -70,10 +70,10 @@ class Pico:
         """A JSON file of the board."""
         return dict(json.loads(self._files[path]))
 
-    def boot(self, board: dict[str, Any] | None = None) -> None:
+    def boot(self, board: dict[str, Any] | None = None, until: bytes = b"link: searching") -> None:
         """Start the firmware as a user's board does; `board`: another board.json."""
         replaced = {} if board is None else {"/board.json": json.dumps(board).encode()}
-        self._power_on(self._files | replaced, b"link: searching")
+        self._power_on(self._files | replaced, until)
         self.compares.clear()
 
     def run(

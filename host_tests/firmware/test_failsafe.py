@@ -51,22 +51,22 @@ def test_pulses_end_within_20_ms_of_the_limit(pico: Pico) -> None:
     ids=["spinning", "sleeping", "allocating"],
 )
 def test_it_needs_no_main_loop(pico: Pico, loop: str) -> None:
-    pico.run(loop, options="failsafe_ms=100")
+    pico.run(loop, options="failsafe_ms=110")
     last = lose_the_link(pico, 40e6)
     pico.board.run_for(150e6)
-    assert 100e6 < failsafe_delay_ns(pico, last) <= 120e6
-    assert pico.no_pulses_since(last + 120e6 + LAST_PULSE_NS)
+    assert 110e6 < failsafe_delay_ns(pico, last) <= 130e6
+    assert pico.no_pulses_since(last + 130e6 + LAST_PULSE_NS)
 
 
 def test_hold_none_and_a_width_for_each_output(pico: Pico) -> None:
-    options = "failsafe={6: -1, 7: 0, 8: 4000, 13: 8800}, failsafe_ms=100"
+    options = "failsafe={6: -1, 7: 0, 8: 4000, 13: 8800}, failsafe_ms=110"
     pico.run(options=options)
     last = lose_the_link(pico)
     pico.board.run_for(300e6)
-    assert 100e6 < failsafe_delay_ns(pico, last) <= 120e6
+    assert 110e6 < failsafe_delay_ns(pico, last) <= 130e6
     expected = {6: 1_500_000, 8: 1_000_000, 13: 2_200_000}
     for pin in SERVOS:
-        after = pico.meter.since(last + 120e6 + PERIOD_NS, pin)
+        after = pico.meter.since(last + 130e6 + PERIOD_NS, pin)
         held = [expected[pin]] * 5 if pin in expected else []
         assert [round(pulse.width_ns) for pulse in after[:5]] == held
 
@@ -74,19 +74,19 @@ def test_hold_none_and_a_width_for_each_output(pico: Pico) -> None:
 def test_the_board_file_names_failsafe_by_pin(pico: Pico) -> None:
     board = pico.file("/board.json")
     board["failsafe"] = {"6": "hold", "8": 1000.25}
-    board["failsafe_ms"] = 60
+    board["failsafe_ms"] = 110
     pico.boot(board=board)
     last = lose_the_link(pico)
     pico.board.run_for(200e6)
-    assert 60e6 < failsafe_delay_ns(pico, last) <= 80e6
-    widths = {pin: pico.meter.since(last + 110e6, pin)[:1] for pin in (6, 7, 8)}
+    assert 110e6 < failsafe_delay_ns(pico, last) <= 130e6
+    widths = {pin: pico.meter.since(last + 150e6, pin)[:1] for pin in (6, 7, 8)}
     assert round(widths[6][0].width_ns) == 1_500_000
     assert widths[7] == []
     assert widths[8][0].width_ns == pytest.approx(3201 * 312.5, abs=8)
 
 
 def test_only_control_frames_keep_the_link(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=100")
+    pico.run(options="failsafe_ms=110")
     last = lose_the_link(pico)
     others = [
         ghst.encode.msp(0x21, bytes(10)),
@@ -97,14 +97,14 @@ def test_only_control_frames_keep_the_link(pico: Pico) -> None:
     ]
     pico.fly(lambda index, t: others[index % len(others)], 250)
     pico.board.run_for(130e6)
-    assert 100e6 < failsafe_delay_ns(pico, last) <= 120e6
+    assert 110e6 < failsafe_delay_ns(pico, last) <= 130e6
 
 
 def test_the_link_comes_back_with_the_next_frame(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=100")
+    pico.run(options="failsafe_ms=110")
     last = lose_the_link(pico)
     pico.board.run_for(200e6)
-    assert pico.no_pulses_since(last + 120e6 + LAST_PULSE_NS)
+    assert pico.no_pulses_since(last + 130e6 + LAST_PULSE_NS)
     back = pico.fly(lambda index, t: ENDS if index == 0 else None, 250)
     pico.board.run_for(5e6)
     end = back.sent[0].end_ns
@@ -118,7 +118,7 @@ def test_the_link_comes_back_with_the_next_frame(pico: Pico) -> None:
 
 def test_an_output_leaves_failsafe_with_its_own_channel_only(pico: Pico) -> None:
     # Channels 5 to 8 are seconds old when the link comes back with a link data frame.
-    pico.run(options="failsafe={11: -1, 12: 4000}, failsafe_ms=60")
+    pico.run(options="failsafe={11: -1, 12: 4000}, failsafe_ms=110")
     lose_the_link(pico)
     pico.board.run_for(150e6)
     assert pico.pulses() == [0] * 16
@@ -143,25 +143,25 @@ def test_an_output_leaves_failsafe_with_its_own_channel_only(pico: Pico) -> None
 
 @pytest.mark.parametrize("cut_us", [0.5, 13.0, 24.1, 160.0, 320.5])
 def test_a_link_that_breaks_inside_a_frame(pico: Pico, cut_us: float) -> None:
-    pico.run(options="failsafe_ms=60")
+    pico.run(options="failsafe_ms=110")
     receiver = pico.fly(lambda index, t: ENDS if index == 9 else CENTRE, 250)
     # The tenth frame begins 36 ms after the first and is never complete.
     receiver.stop_at(pico.board.now_ns + 1e6 + 36e6 + cut_us * 1e3)
-    pico.board.run_for(120e6)
+    pico.board.run_for(180e6)
     assert len(receiver.sent) == 9
     assert pico.word(ghst.decoder.FRAMES) == 9
-    assert 60e6 < failsafe_delay_ns(pico, receiver.sent[-1].end_ns) <= 80e6
+    assert 110e6 < failsafe_delay_ns(pico, receiver.sent[-1].end_ns) <= 130e6
     assert {round(pulse.width_ns) for pulse in pico.meter.pulses[6]} == {1_500_000}
 
 
 def test_a_line_that_is_held_low_is_a_lost_link(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=60")
+    pico.run(options="failsafe_ms=110")
     receiver = pico.fly(lambda index, t: CENTRE, 250)
     now = pico.board.now_ns
     pico.wire.hold(False, now + 50.1e6, now + 200e6)
     pico.board.run_for(190e6)
     ends = [sent.end_ns for sent in receiver.sent if sent.end_ns < now + 50.1e6]
-    assert 60e6 < failsafe_delay_ns(pico, ends[-1]) <= 80e6
+    assert 110e6 < failsafe_delay_ns(pico, ends[-1]) <= 130e6
     before = pico.word(ghst.decoder.FRAMES)
     pico.board.run_for(40e6)
     # It rises inside the slot of a frame at most: no more than that one is lost.
@@ -170,22 +170,22 @@ def test_a_line_that_is_held_low_is_a_lost_link(pico: Pico) -> None:
 
 @pytest.mark.parametrize("clock_us", [2**32 - 150_000, 2**30 - 150_000, 2**31 - 150_000])
 def test_the_clock_may_wrap(pico: Pico, clock_us: int) -> None:
-    pico.run(options="failsafe_ms=100")
+    pico.run(options="failsafe_ms=110")
     pico.board.advance_timer(clock_us - pico.board.read32(0x40054028))
     receiver = pico.fly(lambda index, t: CENTRE, 250)
     pico.board.run_for(260e6)
     assert len(pico.compares) == 4 * len([s for s in receiver.sent if s.end_ns < pico.at(-1e5)])
     receiver.stop()
     pico.board.run_for(200e6)
-    assert 100e6 < failsafe_delay_ns(pico, receiver.sent[-1].end_ns) <= 120e6
+    assert 110e6 < failsafe_delay_ns(pico, receiver.sent[-1].end_ns) <= 130e6
 
 
 def test_failsafe_stays_for_more_than_a_whole_wrap(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=100")
+    pico.run(options="failsafe_ms=110")
     last = lose_the_link(pico)
     pico.board.run_for(200e6)
     for _ in range(8):
         pico.board.advance_timer(9 * 60 * 1_000_000)  # 72 minutes in all
         pico.board.run_for(30e6)
-    assert failsafe_delay_ns(pico, last) <= 120e6
-    assert pico.no_pulses_since(last + 120e6 + LAST_PULSE_NS)
+    assert failsafe_delay_ns(pico, last) <= 130e6
+    assert pico.no_pulses_since(last + 130e6 + LAST_PULSE_NS)

@@ -40,6 +40,33 @@ def test_a_dead_control_path_is_reset_and_comes_back(pico: Pico, address: int, v
     receiver.stop()
 
 
+@pytest.mark.parametrize("what", [PIO0_INTE, PIO0_CTRL], ids=["interrupt", "state machine"])
+def test_a_frame_interrupt_that_dies_with_the_link_leaves_no_pulses(pico: Pico, what: int) -> None:
+    # No byte comes, so nothing is unread; failsafe must not depend on that interrupt.
+    pico.run(options="failsafe_ms=110, failsafe={6: -1, 7: 4000}", watchdog=True)
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(101.5e6)
+    receiver.stop()
+    pico.board.write32(what, 0)
+    last = receiver.sent[-1].end_ns
+    reset = wait_for_reset(pico, 1.5e9)
+    assert 0.9e9 < reset - last < 1.2e9
+    quiet = last + 110e6 + 30e6
+    assert all(pulse.rise_ns < quiet for pin in SERVOS for pulse in pico.meter.since(last, pin))
+
+
+def test_an_adapter_without_a_name_is_not_collected(pico: Pico) -> None:
+    pico.run(
+        "adapter.poll()\n"
+        "    keep = adapter\n"
+        "    del adapter, keep\n"
+        "    while True: import gc; gc.collect(); junk = [bytearray(200) for n in range(99)]"
+    )
+    receiver = pico.fly(lambda index, t: CENTRE, 500)
+    pico.board.run_for(200e6)
+    assert len(pico.compares) >= 4 * (len(receiver.sent) - 1) > 300
+
+
 def test_after_a_reset_the_pins_are_quiet_until_the_link_is_back(pico: Pico) -> None:
     pico.boot()
     receiver = pico.fly(lambda index, t: CENTRE, 250)
@@ -94,6 +121,35 @@ def test_ctrl_c_reaches_the_repl_and_nothing_resets_there(pico: Pico) -> None:
     assert pico.no_pulses_since(pressed + 30e6)
     assert pico.board.resets == []
     receiver.stop()
+
+
+def test_a_second_ctrl_c_does_not_stop_it_half_way(pico: Pico) -> None:
+    pico.boot()
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    for offset_us in (0.0, 60.0, 72.5, 75.5, 78.5, 90.0, 150.0, 400.0, 3000.0):
+        pico.board.run_for(60e6)
+        assert pico.meter.since(pico.at(-30e6), 6)
+        pico.board.console.write(b"\x03")
+        pico.board.run_for(offset_us * 1e3)
+        pico.board.console.write(b"\x03")
+        pico.board.run_for(100e6)
+        assert pico.no_pulses_since(pico.at(-40e6)), offset_us
+        assert not pico.board.read32(WATCHDOG_CTRL) & ENABLED
+        # Ctrl-C works again, and so does the firmware.
+        pico.board.console.write(b"while True: pass\r\r")
+        pico.board.run_for(20e6)
+        pico.board.console.write(b"\x03")
+        pico.board.run_for(20e6)
+        pico.board.console.write(b"main()\r")
+        pico.board.run_for(60e6)
+    receiver.stop()
+
+
+def test_no_byte_on_the_console_holds_the_main_loop_up(pico: Pico) -> None:
+    pico.boot()
+    pico.board.console.write(b"\xc3\xff\xe2\x82")
+    pico.board.run_for(2.5e9)
+    assert "stood still 0 times" in pico.reply_to_enter()
 
 
 def test_a_soft_reset_starts_the_firmware_anew(pico: Pico) -> None:

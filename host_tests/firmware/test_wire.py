@@ -127,13 +127,13 @@ def test_a_break_costs_what_it_covers(pico: Pico, break_us: int) -> None:
 
 
 def test_our_own_echo_is_somebody_elses_frame(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=50")
+    pico.run(options="failsafe_ms=110")
     pico.wire.send(FRAME, pico.at(1e6))
     pico.board.run_for(3e6)
-    for _ in range(40):
+    for _ in range(50):
         pico.wire.send(ECHO, pico.at(1e6))
         pico.board.run_for(3e6)
-    assert counters(pico)["FOREIGN_FRAMES"] == 40
+    assert counters(pico)["FOREIGN_FRAMES"] == 50
     assert counters(pico)["FRAMES"] == 1
     assert pico.compares[-1].value == 0  # failsafe: an echo keeps no link
     assert decoded(pico)

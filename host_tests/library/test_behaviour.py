@@ -3,9 +3,13 @@
 import pytest
 from targets import BEHAVIOUR, Target, cases
 
-MODULES = ("samples", "scaling", "link", "counters", "streams", "memory")
+MODULES = (
+    *("samples", "scaling", "link", "counters", "streams", "memory"),
+    *("telemetry", "telemetry_memory", "schedule", "downlink"),
+    *("msp_requests", "msp_replies", "msp_answers", "msp_memory"),
+)
 
-NEEDS_MICROPYTHON = ("memory",)
+NEEDS_MICROPYTHON = ("memory", "telemetry_memory", "msp_memory")
 """Modules that import `micropython`."""
 
 
@@ -21,5 +25,8 @@ def test_behaviour(target: Target, module: str, name: str, request: pytest.Fixtu
 
 
 def test_every_behaviour_module_is_run() -> None:
-    workloads = {"__init__", "support", "random_bytes", "replay"}
+    workloads = {"__init__", "support", "random_bytes", "random_telemetry", "replay"} | {
+        "msp_support",
+        "msp_random",
+    }
     assert {path.stem for path in BEHAVIOUR.glob("*.py")} == {*MODULES, *workloads}
