@@ -6,18 +6,20 @@
     if receiver.feed(received_bytes):
         print(receiver.pulses[0] / 4, "us", receiver.lq, "%")
 
-`ghst.encode` builds uplink frames, `ghst.protocol` names addresses, types and RF modes.
+`ghst.encode` builds uplink frames, `ghst.protocol` names addresses, types and RF modes;
+`ghst.telemetry` builds downlink frames, `ghst.schedule` decides which of them is next, and
+`ghst.downlink` reads them.
 """
 
 from ghst.decoder import crc8
 from ghst.receiver import Receiver
 
 __version__ = "0.1.0"
-__all__ = ("Receiver", "crc8", "encode", "protocol")
+__all__ = ("Receiver", "crc8", "downlink", "encode", "protocol", "schedule", "telemetry")
 
 
 def __getattr__(name):
     # Loaded on first use: a board that only receives never pays their memory.
-    if name in ("encode", "protocol"):
+    if name in ("downlink", "encode", "protocol", "schedule", "telemetry"):
         return getattr(__import__("ghst." + name), name)
     raise AttributeError(name)

@@ -1,5 +1,5 @@
 # host only
-"""CPython stand-ins for MicroPython's viper, so that the same decoder source runs on both.
+"""CPython stand-ins for MicroPython's viper, so that the same sources run on both.
 
 MicroPython compiles the functions marked `@micropython.viper` to machine code; pointer parameters
 are then raw addresses. Here they become `memoryview`s of the same element type, so an index
@@ -39,7 +39,12 @@ def const(value):
 
 
 class micropython:
-    """Carries the decorator under the name that MicroPython's compiler looks for."""
+    """Carries the decorators under the names that MicroPython's compiler looks for."""
+
+    @staticmethod
+    def native(function):
+        """Returns `function`; MicroPython compiles it to machine code that behaves the same."""
+        return function
 
     @staticmethod
     def viper(function):
