@@ -202,20 +202,24 @@ def test_the_radio_shows_a_millionth_of_a_degree(lat_e7: int, lon_e7: int) -> No
     assert abs(Decimal(shown["lon"]) - Decimal(lon_e7).scaleb(-7)) < step
 
 
-RANDOM_CALLS = {"cpython": 3000, "unix": 1000, "rp2040": 150}
-SEED = 20240417
+BATCH = 50
+"""Random calls at once: a board has room for no more results."""
+
+BATCHES = {"cpython": 60, "unix": 10, "rp2040": 3}
 
 
 def test_random_values_on_every_target(target: Target, request: pytest.FixtureRequest) -> None:
-    count = RANDOM_CALLS[request.node.callspec.params["target"]]
-    found = target.evaluate("random_telemetry", f"list(run({count}, {SEED}))")
-    calls = random_telemetry.calls(count, SEED)
-    frames = [downlink_model.BUILDERS[name](*arguments) for name, arguments in calls]
-    assert found == [(data.hex(), tuple(downlink.decode(data))) for data in frames]
+    for seed in range(BATCHES[request.node.callspec.params["target"]]):
+        found = target.evaluate("random_telemetry", f"list(run({BATCH}, {seed}))")
+        calls = random_telemetry.calls(BATCH, seed)
+        frames = [downlink_model.BUILDERS[name](*arguments) for name, arguments in calls]
+        assert found == [(data.hex(), tuple(downlink.decode(data))) for data in frames]
 
 
 def test_the_random_values_reach_both_ends_of_every_field() -> None:
-    calls = random_telemetry.calls(RANDOM_CALLS["cpython"], SEED)
+    calls = [
+        call for seed in range(BATCHES["rp2040"]) for call in random_telemetry.calls(BATCH, seed)
+    ]
     limits: dict[str, Callable[[tuple[int, ...]], bool]] = {
         "pack_status": lambda values: max(values[:3]) > 655350 and min(values[:3]) < 0,
         "gps_primary": lambda values: abs(values[1]) > 18 * 10**8 and abs(values[2]) < 32768,
@@ -226,4 +230,4 @@ def test_the_random_values_reach_both_ends_of_every_field() -> None:
     counts = dict.fromkeys(limits, 0)
     for name, arguments in calls:
         counts[name] += limits[name](arguments)
-    assert min(counts.values()) > 3, counts
+    assert min(counts.values()) > 0, counts
