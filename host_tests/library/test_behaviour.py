@@ -6,7 +6,7 @@ from targets import BEHAVIOUR, Target, cases
 MODULES = (
     *("samples", "scaling", "link", "counters", "streams", "memory"),
     *("telemetry", "telemetry_memory", "schedule", "downlink"),
-    *("msp_requests", "msp_replies", "msp_answers", "msp_memory"),
+    *("msp_requests", "msp_replies", "msp_responder", "msp_answers", "msp_vtx", "msp_memory"),
 )
 
 NEEDS_MICROPYTHON = ("memory", "telemetry_memory", "msp_memory")
