@@ -126,5 +126,5 @@ class Pico:
         """Press Enter on the console; return the lines that come."""
         start = len(self.board.console.output)
         self.board.console.write(b"\r")
-        self.board.run_until(lambda: b"stood still" in self.board.console.output[start:])
+        self.board.run_until(lambda: b" times\r\n" in self.board.console.output[start:])
         return self.board.console.output[start:].decode().replace("\r", "")

@@ -76,7 +76,7 @@ def latency(rig: Rig, effort: Effort) -> tuple[Table, ...]:
         f"{kinds} in turn with random values, at {_RATE_HZ:.2f} Hz: 500 Hz, and so far off that "
         "their phase to the firmware's tick of 10 ms is ever another. The last row is the worst "
         "case made on purpose: one frame each 10 ms, timed to end just before or within the "
-        "tick's own interrupt, which it has to wait for.",
+        "tick's own interrupt, which it interrupts in its turn.",
         ("main loop", "frames", "lost", "min", "mean", "p99", "max"),
         tuple(rows),
     )

@@ -15,7 +15,7 @@ from ghst_tools.demo.probes import CompareWrites, ConsoleLog
 from ghst_tools.emulator import Board, GhostReceiver, PulseMeter, Wire
 
 CLOCK_HZ = 125_000_000
-FAILSAFE_MS = 100
+FAILSAFE_MS = 110
 TICK_NS = 10e6
 """The tick of the firmware: failsafe, watchdog, LED."""
 
