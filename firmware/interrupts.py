@@ -82,7 +82,7 @@ def frame_handler(context, memory, pulses, decode):
     """Returns the interrupt handler for the end of a frame or a gap.
 
     `context`: address of the control array. The outputs are written here and nowhere else; the
-    tick raises this interrupt when failsafe begins. Global names cost a microsecond, and a
+    tick raises this interrupt when failsafe begins. Global names cost time, and a
     closure over five variables would allocate on every call.
     """
 

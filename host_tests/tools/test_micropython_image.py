@@ -61,13 +61,13 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def set_official(monkeypatch: pytest.MonkeyPatch, address: str) -> None:
     assert MICROPYTHON.boards is not None
-    monkeypatch.setitem(MICROPYTHON.boards["pico"].fw, "1.28.0", address)
+    monkeypatch.setitem(MICROPYTHON.boards["pico"].fw, "1.25.0", address)
 
 
 @pytest.fixture
 def official(cache: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
-    """The official site, with MicroPython 1.28.0."""
-    with Server(image_bytes("1.28.0")) as server:
+    """The official site, with MicroPython 1.25.0."""
+    with Server(image_bytes("1.25.0")) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         set_official(monkeypatch, server.address)
         yield server
@@ -135,7 +135,7 @@ def test_the_cache_is_below_xdg_cache_home(monkeypatch: pytest.MonkeyPatch) -> N
 def test_the_official_image_is_downloaded_once(cache: Path, official: Server) -> None:
     said: list[str] = []
     path = micropython_image.find(report=said.append)
-    assert path == cache / f"{STEM}-1.28.0.uf2"
+    assert path == cache / f"{STEM}-1.25.0.uf2"
     assert path.read_bytes() == official.content
     assert micropython_image.find(report=said.append) == path
     assert said == [f"downloading {official.address}"]
@@ -146,14 +146,14 @@ def test_the_official_image_is_downloaded_once(cache: Path, official: Server) ->
 def test_many_at_once_download_once(cache: Path, official: Server) -> None:
     code = (
         "from rp2040py.utils.firmware_retrieve import MICROPYTHON\n"
-        f"MICROPYTHON.boards['pico'].fw['1.28.0'] = {official.address!r}\n"
+        f"MICROPYTHON.boards['pico'].fw['1.25.0'] = {official.address!r}\n"
         "from ghst_tools.micropython_image import find\n"
         "print(find())\n"
     )
     command = [sys.executable, "-c", code]
     running = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(3)]
     answers = {process.communicate()[0] for process in running}
-    assert answers == {f"{cache / STEM}-1.28.0.uf2\n"}
+    assert answers == {f"{cache / STEM}-1.25.0.uf2\n"}
     assert official.requests == 1
 
 

@@ -2,8 +2,8 @@
 
 `Receiver` runs it over bytes that it copied into the ring, the interrupt of the wire driver over
 bytes that DMA put there, `crc8` over a caller's buffer. It is one function that works on one
-block of memory because a call costs the RP2040 two microseconds, each argument another one, and
-the use of a global name a third. Nothing in here allocates, waits or raises, whatever the bytes.
+block of memory because a call costs the RP2040 microseconds, each argument adds to it, and so does
+the use of a global name. Nothing in here allocates, waits or raises, whatever the bytes.
 """
 
 try:

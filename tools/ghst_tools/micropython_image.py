@@ -18,7 +18,8 @@ from ghst_tools.errors import GhstError
 IMAGE_VARIABLE = "GHST_MICROPYTHON_IMAGE"
 CACHE_VARIABLE = "GHST_CACHE"
 
-OFFICIAL_VERSION = "1.28.0"
+# The oldest version that the firmware runs on, and the one that everything is tested with.
+OFFICIAL_VERSION = "1.25.0"
 DEBIAN_VERSION = "1.25.0"
 
 # Of rp2040py's boards, which is MicroPython's: its address table is keyed by the former.
