@@ -91,15 +91,10 @@ def test_every_frame_reaches_the_registers(tables: dict[str, Rows]) -> None:
     frames, lost, least, mean, p99, most = rows["idle"]
     assert (frames, lost) == ("40", "0")
     assert 20 < float(least) <= float(mean) <= float(p99) <= float(most) <= 35
-    # One that meets the tick waits for it, and for nothing else.
-    frames, lost, _, _, _, latest = rows["idle, each frame meets the tick"]
-    (tick_us,) = (
-        float(cells[-1])
-        for name, cells in tables["CPU cycles of the whole interrupts"].items()
-        if name.startswith("tick")
-    )
+    # One that meets the tick interrupts it: it is no later than the others.
+    frames, lost, least, _, _, latest = rows["idle, each frame meets the tick"]
     assert (frames, lost) == ("10", "0")
-    assert float(most) < float(latest) < float(most) + tick_us
+    assert 20 < float(least) <= float(latest) <= 35
 
 
 def test_share_of_the_cpu_is_that_of_the_cycles(tables: dict[str, Rows]) -> None:

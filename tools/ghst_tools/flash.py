@@ -139,14 +139,14 @@ def copy(transport: Any, plan: Plan, report: Callable[[str], None]) -> None:
         report(f"copied {path} ({len(content)} bytes)")
     # The copies replaced their temporary names, so those are not to be removed again.
     removals = [path for path in plan.removals if path.removesuffix(_TEMPORARY) not in plan.copies]
-    transport.exec(
-        _COMMIT.format(
-            renames=list(plan.copies),
-            removals=removals,
-            folders=plan.folders,
-            temporary=_TEMPORARY,
+    # File by file: mpremote waits ten seconds for an answer, and flash may be slow.
+    steps = [([path], [], []) for path in plan.copies] + [([], removals, plan.folders)]
+    for renames, removed, folders in steps:
+        transport.exec(
+            _COMMIT.format(
+                renames=renames, removals=removed, folders=folders, temporary=_TEMPORARY
+            )
         )
-    )
     for path in removals:
         report(f"removed {path}")
 

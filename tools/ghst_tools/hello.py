@@ -48,9 +48,9 @@ def wait_for_hello(port: str, timeout_s: float = TIMEOUT_S) -> str:
                 # The prompt: main.py is over.
                 _, restarted, text = console.text[restarted_at:].partition("soft reboot")
                 ended = bool(restarted) and text.endswith("\n>>> ")
-            if time.monotonic() > enter_at:
-                console.write(_ENTER)
-                enter_at = time.monotonic() + _ENTER_S
+            # Once: at a prompt each would be answered, and there would be no silence any more.
+            if time.monotonic() > enter_at and console.write(_ENTER):
+                enter_at = end
             if time.monotonic() > ask_at and console.write(_SOFT_RESET):
                 restarted_at = len(console.text)
                 patience_s *= 2
