@@ -140,7 +140,10 @@ def copy(transport: Any, plan: Plan, report: Callable[[str], None]) -> None:
     # The copies replaced their temporary names, so those are not to be removed again.
     removals = [path for path in plan.removals if path.removesuffix(_TEMPORARY) not in plan.copies]
     # File by file: mpremote waits ten seconds for an answer, and flash may be slow.
-    steps = [([path], [], []) for path in plan.copies] + [([], removals, plan.folders)]
+    steps: list[tuple[list[str], list[str], list[str]]] = [
+        ([path], [], []) for path in plan.copies
+    ]
+    steps.append(([], removals, plan.folders))
     for renames, removed, folders in steps:
         transport.exec(
             _COMMIT.format(
