@@ -115,11 +115,6 @@ class Control:
         return self._words[word.FAILSAFES]
 
     @property
-    def ticks(self):
-        """Ticks of 10 ms since the start."""
-        return self._words[word.TICKS]
-
-    @property
     def stuck(self):
         """How often the main loop stood still for two seconds."""
         return self._words[word.STUCK]

@@ -96,11 +96,6 @@ class ServoOutputs:
         for pin in self._pins:
             machine.Pin(pin, mode=machine.Pin.ALT, alt=machine.Pin.ALT_PWM)
 
-    def compare(self, pin):
-        """Returns the pulse width that `pin` has been given, in PWM steps; 0 = no pulses."""
-        word = machine.mem32[self._register(pin >> 1 & 7, chip.PWM_COMPARE)]
-        return word >> 16 if pin & 1 else word & 0xFFFF
-
     def stop(self):
         """Ends the pulses: a running one is finished, then the pins are driven low."""
         for number in self._slices:

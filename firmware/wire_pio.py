@@ -66,9 +66,9 @@ class PioWire:
 
     `memory` is for `ghst.Receiver(memory)`. `write_register`, `address_register` and
     `gap_address` are what the interrupt needs: where DMA will write next, and whether the line has
-    gone quiet in the middle of a frame; `interrupt` is its number, and `force_interrupt`, a
-    register and a bit, raises it;
-    `enabled` are registers and bits that must stay set.
+    gone quiet in the middle of a frame. `interrupt` is the number of the interrupt,
+    `force_interrupt`, a register and a bit, raises it. `enabled` are registers and bits that must
+    stay set.
     """
 
     def __init__(self, pin, *, state_machine=0):
