@@ -80,7 +80,10 @@ class Model:
     unknown_frames: int = 0
     foreign_frames: int = 0
     msp_frames: int = 0
+    vtx_setups: int = 0
+    vtx_controls: int = 0
     skipped_bytes: int = 0
+    msp_waiting: list[bytes] = field(default_factory=list)
     pending: bytes = b""
     frame_bytes: int = 0
 
@@ -116,6 +119,7 @@ class Model:
         if address != FC:
             self.foreign_frames += 1
             if kind == 0x20 and whole and address in (0x80, 0x83):
+                self.vtx_setups += 1
                 self.vtx_flags = payload[0]
                 self.vtx_freq_mhz = int.from_bytes(payload[1:3], "little")
                 self.vtx_power_mw = int.from_bytes(payload[3:5], "little")
@@ -128,6 +132,7 @@ class Model:
         elif kind in (0x21, 0x22):
             if whole:
                 self.msp_frames += 1
+                self.msp_waiting = [*self.msp_waiting, payload][-8:]
             else:
                 self.unknown_frames += 1
         else:
@@ -154,6 +159,7 @@ class Model:
             self.alt_scale = bits[1] == "1"
             self.tx_power_dbm = int.from_bytes(tail[3:], "big", signed=True)
         elif kind == 0x14:
+            self.vtx_controls += 1
             self.vtx_control = tail
 
 
@@ -161,7 +167,7 @@ def differences(model: Model, receiver: object) -> list[str]:
     """One line for each value in which a `ghst.Receiver` is not as the model."""
     lines = []
     for name in (entry.name for entry in fields(model)):
-        if name in ("pending", "frame_bytes"):
+        if name in ("pending", "frame_bytes", "msp_waiting"):
             continue
         wanted, found = getattr(model, name), getattr(receiver, name)
         if name == "pulses":

@@ -28,13 +28,16 @@ LINK_QUALITY = const(11)
 RSSI = const(12)  # sign inverted, as on the wire
 RF_PROTOCOL = const(13)  # the whole protocol byte
 TX_POWER = const(14)  # two's complement, as on the wire
-VTX_FLAGS = const(15)
-VTX_FREQUENCY = const(16)
-VTX_POWER = const(17)
-VTX_BAND_CHANNEL = const(18)
+VTX_SETUPS = const(15)  # 0x20 frames for the goggles or the radio
+VTX_CONTROLS = const(16)  # 0x14 frames
 # A counter goes on at zero, and is never more than a small integer holds.
-_COUNTER_MASK = const(0x3FFFFFFF)
-_VTX_CONTROL = const(80)  # offset of the four raw bytes of the last 0x14 frame
+COUNTER_MASK = const(0x3FFFFFFF)
+# Offsets of payloads, ten bytes each: of the last 0x20 and 0x14 frame, and of the last eight MSP
+# frames, each in the place that the three lowest bits of its number name.
+VTX_SETUP = const(96)
+VTX_CONTROL = const(112)
+MSP_QUEUE = const(128)
+MSP_QUEUE_LENGTH = const(8)
 # The CRC of each single byte: in RAM, where no cache miss can delay it.
 _CRC_TABLE = const(256)
 # The ring of received bytes, on a multiple of its size, and a mirror of its first bytes so that a
@@ -99,7 +102,7 @@ def scan(memory: ptr8, channels: ptr8) -> int:
                 length = memory[tail + 1]
                 if uint(length - 2) > uint(10):
                     length = 0
-                    words[LENGTH_ERRORS] = (words[LENGTH_ERRORS] + 1) & _COUNTER_MASK
+                    words[LENGTH_ERRORS] = (words[LENGTH_ERRORS] + 1) & COUNTER_MASK
                 elif available < length + 2:
                     break
                 else:
@@ -117,22 +120,21 @@ def scan(memory: ptr8, channels: ptr8) -> int:
         if words[_CRC_ONLY]:
             return crc
         if length and crc != memory[stop]:
-            words[CRC_ERRORS] = (words[CRC_ERRORS] + 1) & _COUNTER_MASK
+            words[CRC_ERRORS] = (words[CRC_ERRORS] + 1) & COUNTER_MASK
             length = 0
         if length == 0:
-            words[SKIPPED_BYTES] = (words[SKIPPED_BYTES] + 1) & _COUNTER_MASK
+            words[SKIPPED_BYTES] = (words[SKIPPED_BYTES] + 1) & COUNTER_MASK
             tail = RING | ((tail + 1) & 255)
             continue
         kind = memory[tail + 2]
         counter = UNKNOWN_FRAMES
+        kept = 0
         if memory[tail] != 0x82:
             counter = FOREIGN_FRAMES
             # VTX set-up goes to the goggles (0x83) and, over GECO, to 0x80.
             if kind == 0x20 and length == 12 and (memory[tail] == 0x80 or memory[tail] == 0x83):
-                words[VTX_FLAGS] = memory[tail + 3]
-                words[VTX_FREQUENCY] = memory[tail + 4] | (memory[tail + 5] << 8)
-                words[VTX_POWER] = memory[tail + 6] | (memory[tail + 7] << 8)
-                words[VTX_BAND_CHANNEL] = memory[tail + 8]
+                words[VTX_SETUPS] = (words[VTX_SETUPS] + 1) & COUNTER_MASK
+                kept = VTX_SETUP
         elif kind & 0xD0 == 0x10:
             counter = LENGTH_ERRORS
             if length == 12:
@@ -169,17 +171,22 @@ def scan(memory: ptr8, channels: ptr8) -> int:
                     words[RF_PROTOCOL] = memory[stop + 2]
                     words[TX_POWER] = memory[stop + 3]
                 elif memory[tail + 2] == 0x14:
-                    at = 0
-                    while at < 4:
-                        memory[_VTX_CONTROL + at] = memory[stop + at]
-                        at += 1
+                    words[VTX_CONTROLS] = (words[VTX_CONTROLS] + 1) & COUNTER_MASK
+                    kept = VTX_CONTROL
         elif length == 12 and uint(kind - 0x21) < uint(2):
             counter = MSP_FRAMES
-        words[counter] = (words[counter] + 1) & _COUNTER_MASK
+            kept = MSP_QUEUE | ((words[MSP_FRAMES] & (MSP_QUEUE_LENGTH - 1)) << 4)
+        if kept:
+            at = tail + 3
+            while at < tail + 13:
+                memory[kept] = memory[at]
+                kept += 1
+                at += 1
+        words[counter] = (words[counter] + 1) & COUNTER_MASK
         tail = RING | ((tail + length + 2) & 255)
     if words[LINE_QUIET]:
         at = words[SKIPPED_BYTES] + ((words[HEAD] - tail) & 255)
-        words[SKIPPED_BYTES] = at & _COUNTER_MASK
+        words[SKIPPED_BYTES] = at & COUNTER_MASK
         words[LINE_QUIET] = 0
         tail = RING | words[HEAD]
     words[TAIL] = tail
@@ -215,11 +222,6 @@ def word(memory: ptr32, index: int) -> int:
 def set_word(memory: ptr32, index: int, value: int):
     """Sets a word of the state."""
     memory[index] = value
-
-
-def vtx_control(memory):
-    """Returns the four raw bytes of the last 0x14 frame."""
-    return bytes(memory[_VTX_CONTROL : _VTX_CONTROL + 4])
 
 
 _crc_memory = bytearray(MEMORY_SIZE)

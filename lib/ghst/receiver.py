@@ -3,6 +3,7 @@
 from array import array
 
 from ghst.decoder import (
+    COUNTER_MASK,
     CRC_ERRORS,
     FOREIGN_FRAMES,
     FRAMES,
@@ -11,20 +12,21 @@ from ghst.decoder import (
     LINK_QUALITY,
     MEMORY_SIZE,
     MSP_FRAMES,
+    MSP_QUEUE,
+    MSP_QUEUE_LENGTH,
     RF_PROTOCOL,
     RSSI,
     SKIPPED_BYTES,
     TX_POWER,
     UNKNOWN_FRAMES,
-    VTX_BAND_CHANNEL,
-    VTX_FLAGS,
-    VTX_FREQUENCY,
-    VTX_POWER,
+    VTX_CONTROL,
+    VTX_CONTROLS,
+    VTX_SETUP,
+    VTX_SETUPS,
     append,
     prepare,
     scan,
     set_word,
-    vtx_control,
     word,
 )
 
@@ -45,6 +47,8 @@ class Receiver:
         """
         self.memory = bytearray(MEMORY_SIZE) if memory is None else memory
         self.pulses = array("H", [0] * 16)
+        self.msp_lost = 0
+        self._msp_read = 0
         prepare(self.memory)
 
     def feed(self, data, length=None):
@@ -68,6 +72,29 @@ class Receiver:
         """Drops an unfinished frame, for callers that saw the line go quiet inside it."""
         set_word(self.memory, LINE_QUIET, 1)
         scan(self.memory, self.pulses)
+
+    def next_msp(self, payload):
+        """Copies the ten payload bytes of the oldest MSP frame that waits into `payload`.
+
+        Returns False, and copies nothing of use, if none waits. Eight wait at most; `msp_lost`
+        counts those that newer ones took the place of. May be interrupted by the decoder.
+        """
+        memory = self.memory
+        while True:
+            waiting = (word(memory, MSP_FRAMES) - self._msp_read) & COUNTER_MASK
+            if waiting == 0:
+                return False
+            if waiting > MSP_QUEUE_LENGTH:
+                lost = waiting - MSP_QUEUE_LENGTH
+                self.msp_lost = (self.msp_lost + lost) & COUNTER_MASK
+                self._msp_read = (self._msp_read + lost) & COUNTER_MASK
+            at = MSP_QUEUE + (self._msp_read & (MSP_QUEUE_LENGTH - 1)) * 16
+            for index in range(10):
+                payload[index] = memory[at + index]
+            # Unless it was overwritten meanwhile.
+            if (word(memory, MSP_FRAMES) - self._msp_read) & COUNTER_MASK <= MSP_QUEUE_LENGTH:
+                self._msp_read = (self._msp_read + 1) & COUNTER_MASK
+                return True
 
     @property
     def frames(self):
@@ -143,26 +170,36 @@ class Receiver:
         return (word(self.memory, TX_POWER) ^ 0x80) - 0x80
 
     @property
+    def vtx_setups(self):
+        """VTX set-up frames (0x20) so far."""
+        return word(self.memory, VTX_SETUPS)
+
+    @property
+    def vtx_controls(self):
+        """VTX control frames (0x14) so far."""
+        return word(self.memory, VTX_CONTROLS)
+
+    @property
     def vtx_flags(self):
         """Flags byte of the last VTX set-up frame (0x20)."""
-        return word(self.memory, VTX_FLAGS)
+        return self.memory[VTX_SETUP]
 
     @property
     def vtx_freq_mhz(self):
         """Video frequency of the last VTX set-up frame in MHz; 0 = none seen."""
-        return word(self.memory, VTX_FREQUENCY)
+        return self.memory[VTX_SETUP + 1] | self.memory[VTX_SETUP + 2] << 8
 
     @property
     def vtx_power_mw(self):
         """Video power of the last VTX set-up frame in mW; 0 = off."""
-        return word(self.memory, VTX_POWER)
+        return self.memory[VTX_SETUP + 3] | self.memory[VTX_SETUP + 4] << 8
 
     @property
     def vtx_band_channel(self):
         """Band and channel nibbles of the last VTX set-up frame, as received."""
-        return word(self.memory, VTX_BAND_CHANNEL)
+        return self.memory[VTX_SETUP + 5]
 
     @property
     def vtx_control(self):
-        """The four raw bytes of the last 0x14 frame, whose layout is not public."""
-        return vtx_control(self.memory)
+        """The four raw bytes of the last 0x14 frame, whose layout is not public; allocates."""
+        return bytes(self.memory[VTX_CONTROL + 6 : VTX_CONTROL + 10])

@@ -108,6 +108,7 @@ def vtx_setup_at_the_radio_and_at_the_goggles():
         expect(
             receiver,
             foreign_frames=1,
+            vtx_setups=1,
             vtx_flags=0xA5,
             vtx_freq_mhz=0x1234,
             vtx_power_mw=0xFEFF,
@@ -128,7 +129,7 @@ def a_short_vtx_setup_changes_nothing():
 
 def vtx_control_keeps_its_four_raw_bytes():
     receiver = received(control(0x14, (1984, 1984, 1984, 1984), (1, 0x80, 0xFF, 0)))
-    expect(receiver, _PULSES, frames=1, vtx_control=b"\x01\x80\xff\x00")
+    expect(receiver, _PULSES, frames=1, vtx_controls=1, vtx_control=b"\x01\x80\xff\x00")
 
 
 def no_other_type_touches_vtx_control():

@@ -55,6 +55,7 @@ def feeding_what_is_no_control_frame():
         equal(_feed_locked(receiver, data), 0)
     expect(
         receiver,
+        vtx_setups=1,
         crc_errors=1,
         length_errors=3,
         foreign_frames=2,

@@ -78,12 +78,19 @@ def link_data_long_range_with_telemetry():
 
 def vtx_control_with_zero_tail():
     receiver = _received("820c14c0077c58017c000000001c")
-    expect(receiver, [(1, 6000, 6000, 3950, 6000)], frames=1)
+    expect(receiver, [(1, 6000, 6000, 3950, 6000)], frames=1, vtx_controls=1)
 
 
 def vtx_setup():
     receiver = _received("800c2000a8161900480000000006", 0)
-    expect(receiver, foreign_frames=1, vtx_freq_mhz=5800, vtx_power_mw=25, vtx_band_channel=0x48)
+    expect(
+        receiver,
+        foreign_frames=1,
+        vtx_setups=1,
+        vtx_freq_mhz=5800,
+        vtx_power_mw=25,
+        vtx_band_channel=0x48,
+    )
 
 
 def msp_request():

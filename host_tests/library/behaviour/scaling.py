@@ -124,6 +124,7 @@ def channels_that_a_frame_does_not_carry_stay():
             (13, 6000, 6000, 6000, 6000),
         ],
         frames=5,
+        vtx_controls=1,
         vtx_control=b"\x09\x08\x07\x06",
     )
 
