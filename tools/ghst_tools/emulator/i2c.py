@@ -53,6 +53,7 @@ class I2c(RPI2C):
         super().__init__(mcu, f"I2C{index}", (IRQ.I2C0, IRQ.I2C1)[index])
         self.stuck = False
         self.targets: dict[int, I2cTarget] = {}
+        self._pins: PinBus | None = None
         self._target: I2cTarget | None = None
         self._alarm = mcu.clock.create_alarm(self._done)
         self._then: Callable[[], None] | None = None
@@ -75,7 +76,20 @@ class I2c(RPI2C):
 
     def connect(self, sda: Pin, scl: Pin) -> None:
         """Join the bus to two pins, for software that drives them itself."""
-        PinBus(self.targets, sda, scl)
+        self._pins = PinBus(self.targets, sda, scl)
+
+    def hold_sda(self, clocks: int) -> None:
+        """Let a target hold SDA low, so that nothing moves, until it has seen `clocks` clocks.
+
+        The bus has to be connected to pins: only software that drives them can give the clocks.
+        """
+        if self._pins is None:
+            raise ValueError("hold_sda: connect the bus to its pins first")
+        self.stuck = True
+        self._pins.hold_sda(clocks, self._let_go)
+
+    def _let_go(self) -> None:
+        self.stuck = False
 
     def write_uint32(self, offset: int, value: int) -> None:
         if offset == _IC_ENABLE and not value & _ENABLE:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from ghst_tools.emulator.pins import Cause, Pin
@@ -26,10 +26,31 @@ class PinBus:
         self._bit = 0  # number of the bit under way
         self._byte = 0
         self._acknowledged = False
+        self._held_clocks = 0  # until the target that holds SDA lets go
+        self._let_go: Callable[[], None] | None = None
         sda.pull(True)
         scl.pull(True)
         sda.watch_level(self._sda_changed)
         scl.watch_level(self._scl_changed)
+
+    def hold_sda(self, clocks: int, let_go: Callable[[], None]) -> None:
+        """Keep SDA low until the clock has fallen `clocks` times, then call `let_go`.
+
+        A target does so that was interrupted while it sent a byte of zeros.
+        """
+        self._held_clocks, self._let_go = clocks, let_go
+        self._active = False
+        self._drive(None)
+
+    def _drive(self, level: bool | None) -> None:
+        self._sda.drive(False if self._held_clocks else level)
+
+    def _count_held_clock(self) -> None:
+        self._held_clocks -= 1
+        if not self._held_clocks:
+            self._drive(None)
+            if self._let_go is not None:
+                self._let_go()
 
     def _sda_changed(self, _t_ns: float, level: bool | None, cause: Cause) -> None:
         if cause != "device" or not self._scl.level:
@@ -42,6 +63,8 @@ class PinBus:
         self._bit, self._byte = -1, 0  # the clock falls once before the first bit
 
     def _scl_changed(self, _t_ns: float, level: bool | None, _cause: Cause) -> None:
+        if self._held_clocks and not level:
+            self._count_held_clock()
         if not self._active:
             return
         if level:
@@ -59,7 +82,7 @@ class PinBus:
         """The clock has fallen: the next bit begins."""
         self._bit += 1
         if self._bit == _ACK_BIT:
-            self._sda.drive(None if self._reading else self._take())
+            self._drive(None if self._reading else self._take())
         elif self._bit > _ACK_BIT:
             self._bit, byte, self._byte = 0, self._byte, 0
             if self._addressing:
@@ -71,7 +94,7 @@ class PinBus:
                 self._byte = self._target.read()
         if self._bit < _ACK_BIT:
             low = self._reading and not self._byte >> (7 - self._bit) & 1
-            self._sda.drive(False if low else None)
+            self._drive(False if low else None)
 
     def _take(self) -> bool | None:
         """Hand over the byte that is complete; False drives the acknowledgement."""

@@ -38,6 +38,7 @@ class Pin:
         self._pio = pio
         self._state = self._gpio.value
         self._host: bool | None = None
+        self._tied: bool | None = None
         self._external_pull: bool | None = None
         self._driven = False
         self._level: bool | None = None
@@ -55,7 +56,8 @@ class Pin:
     @property
     def device(self) -> bool | None:
         """What the chip drives; None: its output is off."""
-        return _DRIVEN.get(self._state)
+        level = _DRIVEN.get(self._state)
+        return self._tied if level is None else level
 
     @property
     def host(self) -> bool | None:
@@ -67,6 +69,12 @@ class Pin:
         if level is not self._host:
             self._host = level
             self._resolve("host")
+
+    def tie(self, level: bool | None) -> None:
+        """Let another pad of the chip, tied to this pin, drive it, or release it with None."""
+        before = self.device
+        self._tied = level
+        self._device_changed(before)
 
     def pull(self, level: bool | None) -> None:
         """Put a resistor outside the chip to high or low, or take it away with None."""
@@ -104,8 +112,12 @@ class Pin:
             self._gpio.pad_value = _PAD_RESET
 
     def _pad_changed(self, state: Any, _before: Any) -> None:
-        before, self._state = _DRIVEN.get(self._state), state
-        level = _DRIVEN.get(state)
+        before = self.device
+        self._state = state
+        self._device_changed(before)
+
+    def _device_changed(self, before: bool | None) -> None:
+        level = self.device
         self._resolve("device")
         if level is not before:
             now = self._clock.nanos
@@ -113,9 +125,11 @@ class Pin:
                 watcher(now, level)
 
     def _resolve(self, cause: Cause) -> None:
-        level = _DRIVEN.get(self._state)
+        level = self.device
         if level is None:
             level = self._host
+        elif self._host is False:
+            level = False  # where two drive against each other the one that pulls low wins
         if level is None:
             level = self._external_pull
         driven = level is not None

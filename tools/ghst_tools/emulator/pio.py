@@ -12,6 +12,9 @@ Also repaired:
 * An instruction forced through `SMx_INSTR` replaces the one the state machine is stalled in; the
   stalled one is tried again afterwards, from wherever the program counter then stands.
 
+A loop that only counts down (`Countdown`) is not run step by step: its rounds are taken off its
+counter when somebody looks, which gives the same state at the same cycle.
+
 Not modelled: the two-cycle input synchroniser (a state machine sees a pin 16 ns too early).
 Source: RP2040 datasheet, chapter 3.
 """
@@ -24,6 +27,8 @@ from rp2040py.irq import IRQ
 from rp2040py.peripherals.pio import RPPIO
 from rp2040py.peripherals.pio_registers import WaitType
 from rp2040py.utils.fifo import FIFO
+
+from ghst_tools.emulator.pio_countdown import Countdowns
 
 _CYCLE_NS = 8.0
 _CTRL = 0x000
@@ -48,6 +53,7 @@ class Pio(RPPIO):  # type: ignore[misc]
         self.running = False
         self._busy = False
         self._conditional: dict[int, int] = {}  # program address -> push/pull with a condition
+        self._countdowns = Countdowns(mcu, self)
 
     def catch_up(self) -> None:
         """Run everything that is due up to the present emulated time."""
@@ -59,6 +65,7 @@ class Pio(RPPIO):  # type: ignore[misc]
         self._busy = True
         self._synced_ns += cycles * _CYCLE_NS
         target = self.cycle_fp + (cycles << 8)
+        self._countdowns.skip(target)
         due = self.next_due_fp
         while due <= target:
             ahead = due - self.cycle_fp
@@ -75,7 +82,7 @@ class Pio(RPPIO):  # type: ignore[misc]
         """Set the alarm for the next instruction that is due."""
         if not self.running or self._busy:
             return
-        ahead = self.next_due_fp - self.cycle_fp
+        ahead = self._countdowns.next_due_fp() - self.cycle_fp
         if ahead > _FAR:
             self._alarm.cancel()
             return
@@ -97,6 +104,8 @@ class Pio(RPPIO):  # type: ignore[misc]
         self.catch_up()
         machine: Any = None
         register = -1
+        if offset >= _INSTR_MEM:
+            self._countdowns.forget()
         if _SM_FIRST <= offset < _SM_END:
             number, register = divmod(offset - _SM_FIRST, _SM_STRIDE)
             machine = self.machines[number]
@@ -121,6 +130,7 @@ class Pio(RPPIO):  # type: ignore[misc]
             self._join(machine)
         self.running = False
         self._conditional.clear()
+        self._countdowns.forget()
         self._alarm.cancel()
 
     def _set_running(self) -> None:

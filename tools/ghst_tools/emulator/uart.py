@@ -1,13 +1,15 @@
 """The UARTs, in time, with a peer on each: replaces rp2040py's model (defect 7).
 
 rp2040py 0.3.6 never clears the transmit interrupt, so `machine.UART` hangs; it has no receive
-time-out, no levels and no time on the line. This is the PL011 as the RP2040 has it (datasheet,
-section 4.2): FIFOs of 32, interrupts at the levels in UARTIFLS, the receive time-out after 32
-bits of silence, BUSY until the stop bit has gone, and clk_peri as the guest has selected it
-(MicroPython takes the 48 MHz of the USB PLL; rp2040py always reckons with 125 MHz).
+time-out, no levels and no time on the line, and the RESETS controller does not reset it. This is
+the PL011 as the RP2040 has it (datasheet, section 4.2): FIFOs of 32, interrupts at the levels in
+UARTIFLS, the receive time-out after 32 bits of silence, BUSY until the stop bit has gone, and
+clk_peri as the guest has selected it (MicroPython takes the 48 MHz of the USB PLL; rp2040py always
+reckons with 125 MHz).
 
 Bytes reach the chip only while a pin is switched to the UART's RX, and leave it only while one is
-switched to its TX; there is no waveform on the pins. Parity, CTS and RTS are not modelled.
+switched to its TX; there is a waveform on the pins only where `connect` asks for it. Parity, CTS
+and RTS are not modelled.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from rp2040py.irq import IRQ
 from rp2040py.peripherals.dma import DREQChannel
 from rp2040py.peripherals.peripheral import BasePeripheral
 
-from ghst_tools.emulator.serial import decode, encode
+from ghst_tools.emulator.uart_peer import UartPeer
+from ghst_tools.emulator.uart_pins import UartPins
 
 _DR, _RSR, _FR, _IBRD, _FBRD, _LCR_H, _CR = 0x00, 0x04, 0x18, 0x24, 0x28, 0x2C, 0x30
 _IFLS, _IMSC, _RIS, _MIS, _ICR, _DMACR = 0x34, 0x38, 0x3C, 0x40, 0x44, 0x48
@@ -35,6 +38,7 @@ _LEVELS = (4, 8, 16, 24, 28, 28, 28, 28)
 _FUNCTION_UART = 2
 _TIMEOUT_BITS = 32
 _TX_PINS = ((0, 12, 16, 28), (4, 8, 20, 24))  # RX is the pin above each
+_RESETS = (1 << 22, 1 << 23)  # of the RESETS controller
 _CLK_PERI_CTRL = 0x40008048
 _CLK_PERI_HZ = {2: 48_000_000, 4: 12_000_000}  # by AUXSRC: USB PLL, crystal
 _CLK_SYS_HZ = 125_000_000
@@ -47,6 +51,7 @@ class Uart(BasePeripheral):
     def __init__(self, mcu: Any, index: int) -> None:
         super().__init__(mcu, f"UART{index}")
         self.peer = UartPeer(self, mcu.clock)
+        self.pins: UartPins | None = None
         self._clock = mcu.clock
         self._irq = (IRQ.UART0, IRQ.UART1)[index]
         self._dreq_tx = DREQChannel.DREQ_UART0_TX + 2 * index
@@ -163,6 +168,8 @@ class Uart(BasePeripheral):
             self._raw |= _INT_TX
         bits = 1 + 5 + (self._registers[_LCR_H] >> 5 & 3) + 1 + (self._registers[_LCR_H] >> 3 & 1)
         self._shift.schedule(bits * 1e9 / self.baud)
+        if self.pins is not None:
+            self.pins.transmit(self._shifting, self.baud)
 
     def _shifted(self) -> None:
         value, self._shifting = self._shifting, None
@@ -188,52 +195,6 @@ class Uart(BasePeripheral):
         (dma.set_dreq if transmit else dma.clear_dreq)(self._dreq_tx)
 
 
-class UartPeer:
-    """What is connected to a UART: a GPS receiver, another flight controller.
-
-    `received` is what the board has sent, `times` the end of each byte's stop bit in ns.
-    """
-
-    def __init__(self, uart: Uart, clock: Any) -> None:
-        self.received = bytearray()
-        self.times: list[float] = []
-        self._uart = uart
-        self._clock = clock
-        self._queue: deque[tuple[float, int, bool]] = deque()
-        self._alarm = clock.create_alarm(self._arrive)
-        self._busy_until = 0.0
-
-    def send(self, data: bytes, baud: float, at_ns: float | None = None) -> float:
-        """Send `data` at `baud`, from `at_ns` or the end of what is queued on. Returns its end.
-
-        The board reads the waveform at its own rate as it is set now: at a wrong rate it gets
-        wrong bytes and framing errors.
-        """
-        earliest = max(self._clock.nanos, self._busy_until)
-        start = earliest if at_ns is None else at_ns
-        if start < earliest:
-            raise ValueError(f"the line is taken to {earliest:.0f} ns")
-        changes, self._busy_until = encode(data, start, baud)
-        board_baud = self._uart.baud or baud
-        idle = not self._queue
-        for t_ns, value, ok in decode(changes, board_baud):
-            self._queue.append((t_ns + 9.5e9 / board_baud, value, ok))
-        if idle and self._queue:
-            self._alarm.schedule(self._queue[0][0] - self._clock.nanos)
-        return self._busy_until
-
-    def take(self, value: int) -> None:
-        """Take a byte that the board has sent."""
-        self.received.append(value)
-        self.times.append(self._clock.nanos)
-
-    def _arrive(self) -> None:
-        _, value, ok = self._queue.popleft()
-        if self._queue:
-            self._alarm.schedule(max(0.0, self._queue[0][0] - self._clock.nanos))
-        self._uart.receive(value, ok)
-
-
 def _switched(pins: list[Any]) -> bool:
     return any(pin.function_select == _FUNCTION_UART for pin in pins)
 
@@ -243,4 +204,13 @@ def install(mcu: Any) -> list[Uart]:
     uarts = [Uart(mcu, 0), Uart(mcu, 1)]
     mcu.uart = uarts
     mcu.peripherals[0x40034], mcu.peripherals[0x40038] = uarts
+    write = mcu.resets.write_uint32
+
+    def reset(offset: int, value: int) -> None:
+        write(offset, value)
+        for uart, bit in zip(uarts, _RESETS, strict=True):
+            if mcu.resets.read_uint32(0) & bit:
+                uart.reset()
+
+    mcu.resets.write_uint32 = reset
     return uarts
