@@ -3,7 +3,6 @@
 from firmware.control import Control
 from firmware.interrupts import FAILSAFE, LINKED, SEARCHING
 from firmware.outputs import ServoOutputs
-from firmware.wire_pio import PioWire
 from ghst import Receiver
 
 LINK_NAMES = ("searching", "linked", "failsafe")
@@ -18,6 +17,20 @@ _running = None
 __all__ = ("FAILSAFE", "LINKED", "LINK_NAMES", "SEARCHING", "Adapter")
 
 
+def _drivers(wire, wire_pin, tx_pin):
+    # A board ships the driver that it needs.
+    if wire == "uart":
+        from firmware.slot_uart import UartSlot
+        from firmware.wire_uart import UartWire
+
+        driver = UartWire(wire_pin, tx_pin=tx_pin)
+        return driver, UartSlot(driver)
+    from firmware.slot_pio import PioSlot
+    from firmware.wire_pio import PioWire
+
+    return PioWire(wire_pin), PioSlot(wire_pin)
+
+
 class Adapter:
     """The control path of one receiver.
 
@@ -26,13 +39,24 @@ class Adapter:
     channels in `receiver.pulses` are 0, each until it comes again. An adapter is started once.
     """
 
-    def __init__(self, wire_pin, channels, *, failsafe=None, failsafe_ms=500, led=None):
+    def __init__(
+        self,
+        wire_pin,
+        channels,
+        *,
+        failsafe=None,
+        failsafe_ms=500,
+        led=None,
+        wire="pio",
+        tx_pin=None,
+    ):
         """Claims the pins; nothing moves before `start`.
 
-        `wire_pin`: GPIO of the Ghost wire. `channels`: {GPIO: channel 1..16}. `failsafe`:
-        {GPIO: outputs.HOLD, outputs.NONE or quarter microseconds}. `failsafe_ms`: 110..10000, two
-        frames of Long Range at least. `led`: GPIO or None. Raises `ValueError` for what cannot be,
-        and while another adapter runs.
+        `wire_pin`: GPIO of the Ghost wire. `wire`: "pio", or "uart" where `wire_pin` is RX of a
+        UART and `tx_pin` (default: the GPIO below) its TX, tied to it. `channels`: {GPIO: channel
+        1..16}. `failsafe`: {GPIO: outputs.HOLD, outputs.NONE or quarter microseconds}.
+        `failsafe_ms`: 110..10000, two frames of Long Range at least. `led`: GPIO or None. Raises
+        `ValueError` for what cannot be, and while another adapter runs.
         """
         if _running:
             raise ValueError("an adapter is running: stop it first")
@@ -42,12 +66,24 @@ class Adapter:
             raise ValueError(f"GP{wire_pin} is the Ghost wire and a servo output")
         if led is not None and (led == wire_pin or led in channels):
             raise ValueError(f"GP{led} is the LED and something else")
+        if wire not in ("pio", "uart"):
+            raise ValueError(f'wire is {wire!r}, must be "pio" or "uart"')
+        if wire == "uart":
+            if tx_pin is None:
+                tx_pin = wire_pin - 1
+            if tx_pin in channels or tx_pin == led:
+                raise ValueError(f"GP{tx_pin} is TX of the Ghost wire and something else")
         self._started = False
         self.outputs = ServoOutputs(channels, failsafe=failsafe)
-        self._wire = PioWire(wire_pin)
+        self._wire, slot = _drivers(wire, wire_pin, tx_pin)
         self.receiver = Receiver(self._wire.memory)
         self.control = Control(
-            self._wire, self.receiver, self.outputs, failsafe_ms=failsafe_ms, led=led
+            self._wire,
+            slot,
+            self.receiver,
+            self.outputs,
+            failsafe_ms=failsafe_ms,
+            led=led,
         )
 
     def start(self, *, watchdog=True):

@@ -10,7 +10,7 @@ from rp2 import asm_pio
 from firmware import chip
 from firmware import interrupts as word
 from firmware.interrupts import frame_handler, tick_handler
-from ghst.decoder import HEAD, LINE_QUIET, TAIL, scan
+from ghst.decoder import HEAD, LINE_QUIET, RF_PROTOCOL, RING, TAIL, scan
 
 _TICK_MS = 10
 _WATCHDOG_MS = 1000
@@ -32,12 +32,15 @@ def _tick_program():
 class Control:
     """Joins a wire, a receiver and outputs by the two interrupts, and shows what they found."""
 
-    def __init__(self, wire, receiver, outputs, *, failsafe_ms=500, led=None, state_machine=7):
-        """`wire`: a wire driver that was not started; `led`: GPIO number or None.
+    def __init__(
+        self, wire, slot, receiver, outputs, *, failsafe_ms=500, led=None, state_machine=7
+    ):
+        """`wire` and `slot`: drivers that were not started; `led`: GPIO number or None.
 
         `failsafe_ms`: time without a valid control frame until failsafe. `state_machine`: the one
         that gives the tick.
         """
+        self._slot = slot
         self._wire = wire
         self._keep = (receiver, outputs)
         registers = chip.this_chip()
@@ -64,6 +67,13 @@ class Control:
         words[word.INTERRUPT_BIT] = 1 << wire.interrupt
         words[word.FORCE_REGISTER], words[word.FORCE_BIT] = wire.force_interrupt
         words[word.WATCHDOG_REGISTER] = registers.WATCHDOG + chip.WATCHDOG_LOAD
+        words[word.RF_PROTOCOL] = address(receiver.memory) + 4 * RF_PROTOCOL
+        words[word.SLOT_WORDS] = address(slot.words)
+        words[word.SLOT_WORDS_END] = address(slot.words) + 4 * len(slot.words)
+        words[word.SLOT_FRAME] = address(slot.frame)
+        words[word.SLOT_FIFO] = slot.fifo_register
+        words[word.SENT_REGISTER] = slot.sent_register
+        words[word.RING_ADDRESS] = address(receiver.memory) + RING
         words[word.CHECKS_END] = len(words)
         for index, (register, bit) in enumerate(checks):
             words[word.CHECKS + 2 * index] = register
@@ -82,8 +92,10 @@ class Control:
     def start(self, *, watchdog=True):
         """Starts both interrupts, and the hardware watchdog that the tick feeds."""
         self._tick.irq(self._on_tick, hard=True)
+        self._slot.start()
         self._wire.start(self._on_frame)
-        _raise_priority(self._wire.interrupt)
+        # Neither USB nor the tick delays a pulse.
+        chip.raise_priority(self._wire.interrupt)
         if watchdog:
             counts = chip.this_chip().WATCHDOG_COUNTS_PER_US
             self._words[word.WATCHDOG_LOAD] = _WATCHDOG_MS * 1000 * counts
@@ -92,6 +104,7 @@ class Control:
 
     def stop(self):
         """Stops both interrupts and pauses the watchdog, so that the REPL can be used in peace."""
+        self._slot.stop()
         register = chip.this_chip().WATCHDOG
         machine.mem32[register + chip.CLEAR_BITS] = chip.WATCHDOG_ENABLE
         self._wire.stop()
@@ -103,6 +116,30 @@ class Control:
     def alive(self):
         """Tells the tick that the main loop runs; to be called at least once a second."""
         self._words[word.LOOPS] = (self._words[word.LOOPS] + 1) & 0xFFFF
+
+    @property
+    def slot_free(self):
+        """Whether no telemetry frame waits for its slot."""
+        return not self._words[word.SLOT]
+
+    def send(self, frame):
+        """Has the 14 bytes of `frame` sent in the next slot; only while the slot is free."""
+        self._slot.fill(frame)
+        self._words[word.SLOT] = 1
+
+    def discard(self):
+        """Forgets a frame that waits; one that is on its way goes on."""
+        self._words[word.SLOT] = 0
+
+    @property
+    def telemetry_frames(self):
+        """Frames sent, modulo 2^30."""
+        return self._words[word.TELEMETRY_FRAMES]
+
+    @property
+    def collisions(self):
+        """Frames sent whose echo was missing or not the same, modulo 2^30."""
+        return self._words[word.COLLISIONS]
 
     @property
     def link(self):
@@ -118,12 +155,3 @@ class Control:
     def stuck(self):
         """How often the main loop stood still for two seconds."""
         return self._words[word.STUCK]
-
-
-def _raise_priority(interrupt):
-    # Above everything that MicroPython uses: neither USB nor the tick delays a pulse. 0x80 is the
-    # default, lower comes first, and the RP2040 has two bits of it.
-    register = chip.NVIC_PRIORITY + (interrupt & ~3)
-    shift = 8 * (interrupt & 3)
-    value = machine.mem32[register] & ~(0xFF << shift)
-    machine.mem32[register] = value | 0x40 << shift

@@ -26,50 +26,71 @@ LINKED = const(1)
 FAILSAFE = const(2)
 
 # Words of the control array that both interrupts work on.
+# What the frame interrupt needs comes first: a load from the first 32 words is one instruction.
 LINK = const(0)
 STAMP = const(1)  # microsecond clock at the last control frame
-FAILSAFE_US = const(2)
-FAILSAFES = const(3)
-TICKS = const(4)
-LOOPS = const(5)  # written by the main loop alone
-SEEN_LOOPS = const(6)
-IDLE_TICKS = const(7)
-STUCK = const(8)  # how often the main loop stood still
-UNREAD_TICKS = const(9)
-SEEN_TAIL = const(10)
-DEAD = const(11)  # the frame interrupt does not answer: no pulses, and the watchdog starves
-DRIVE = const(12)  # the tick wants the outputs written
-TABLE_BYTES = const(13)
-CLOCK_REGISTER = const(14)
-WRITE_REGISTER = const(15)
-ADDRESS_REGISTER = const(16)
-GAP_ADDRESS = const(17)
-HEAD = const(18)  # addresses of the decoder's words
-TAIL = const(19)
-LINE_QUIET = const(20)
-PULSES = const(21)
-TABLE = const(22)
-FAILSAFE_PULSES = const(23)
-FAILSAFE_RULES = const(24)
-OUTPUTS = const(25)
-MASK_REGISTER = const(26)  # these mask and unmask it
-UNMASK_REGISTER = const(27)
-INTERRUPT_BIT = const(28)
-FORCE_REGISTER = const(29)  # sets the interrupt flag of the wire's state machine
-FORCE_BIT = const(30)
-WATCHDOG_REGISTER = const(31)
-WATCHDOG_LOAD = const(32)  # 0 = no watchdog
-LED_ON = const(33)
-LED_OFF = const(34)
-LED_MASK = const(35)
-CHECKS_END = const(36)
-CHECKS = const(37)  # address and bits of each thing that must stay switched on
+DRIVE = const(2)  # the tick wants the outputs written
+TABLE = const(3)
+TABLE_BYTES = const(4)
+CLOCK_REGISTER = const(5)
+WRITE_REGISTER = const(6)
+ADDRESS_REGISTER = const(7)
+GAP_ADDRESS = const(8)
+HEAD = const(9)  # addresses of the decoder's words
+TAIL = const(10)
+LINE_QUIET = const(11)
+RF_PROTOCOL = const(12)
+PULSES = const(13)
+FAILSAFE_PULSES = const(14)
+SENT_REGISTER = const(15)  # flag 4 of it: the slot's state machine has begun to send
+SLOT = const(16)  # a frame waits for its slot; set by the main loop
+SLOT_WORDS = const(17)  # address of what goes into the FIFO of the slot's state machine, and
+SLOT_WORDS_END = const(18)
+SLOT_FIFO = const(19)
+SLOT_FRAME = const(20)  # address of the same as the 14 bytes that will be heard
+RING_ADDRESS = const(21)
+TELEMETRY_FRAMES = const(22)
+COLLISIONS = const(23)
+FAILSAFE_US = const(24)
+FAILSAFES = const(25)
+TICKS = const(26)
+LOOPS = const(27)  # written by the main loop alone
+SEEN_LOOPS = const(28)
+IDLE_TICKS = const(29)
+STUCK = const(30)  # how often the main loop stood still
+UNREAD_TICKS = const(31)
+SEEN_TAIL = const(32)
+DEAD = const(33)  # the frame interrupt does not answer: no pulses, and the watchdog starves
+FAILSAFE_RULES = const(34)
+OUTPUTS = const(35)
+MASK_REGISTER = const(36)  # these mask and unmask it
+UNMASK_REGISTER = const(37)
+INTERRUPT_BIT = const(38)
+FORCE_REGISTER = const(39)  # sets the interrupt flag of the wire's state machine
+FORCE_BIT = const(40)
+WATCHDOG_REGISTER = const(41)
+WATCHDOG_LOAD = const(42)  # 0 = no watchdog
+LED_ON = const(43)
+LED_OFF = const(44)
+LED_MASK = const(45)
+CHECKS_END = const(46)
+CHECKS = const(47)  # address and bits of each thing that must stay switched on
+
+SENT_FLAG = const(16)
 
 # The main loop is stuck after two seconds, and worth a reset after five where no link is at stake.
 _STUCK_TICKS = const(200)
 _RESET_TICKS = const(500)
 _FRAME_BYTES = const(14)
 _UNREAD_LIMIT = const(3)
+# Our echo is complete 1.35 ms after the control frame; were it cut short, the gap behind it would
+# be noticed at 1.5 ms. The next frame of the receiver is not complete before 2 ms.
+_ECHO_LIMIT_US = const(1700)
+_RING = const(512)  # where the ring stands in the decoder's memory
+# Modes with a downlink: Normal (5), Race (6), Long Range (8), Race250 (10).
+_BIDIRECTIONAL = const(0x560)
+_TELEMETRY_REQUESTED = const(0x20)
+_COUNTER_MASK = const(0x3FFFFFFF)
 
 # One bit is eight ticks: a pattern of 16 bits takes 1.28 s.
 _LED_SEARCHING = const(0x00FF)
@@ -82,8 +103,11 @@ def frame_handler(context, memory, pulses, decode):
     """Returns the interrupt handler for the end of a frame or a gap.
 
     `context`: address of the control array. The outputs are written here and nowhere else; the
-    tick raises this interrupt when failsafe begins. Global names cost time, and a
-    closure over five variables would allocate on every call.
+    tick raises this interrupt when failsafe begins. Global names cost time, and a closure over
+    five variables would allocate on every call.
+
+    Behind a control frame a telemetry frame that waits is handed to the slot's state machine. What
+    is heard after that one has begun to send is our echo: compared, and never decoded.
     """
 
     @micropython.viper
@@ -92,7 +116,25 @@ def frame_handler(context, memory, pulses, decode):
         if ptr32(c[ADDRESS_REGISTER])[0] == c[GAP_ADDRESS]:
             ptr32(c[LINE_QUIET])[0] = 1
         ptr32(c[HEAD])[0] = ptr32(c[WRITE_REGISTER])[0] & 255
-        if int(decode(memory, pulses)):
+        if ptr32(c[SENT_REGISTER])[0] & SENT_FLAG:
+            ptr32(c[SENT_REGISTER])[0] = SENT_FLAG
+            c[SLOT] = 0
+            c[TELEMETRY_FRAMES] = (c[TELEMETRY_FRAMES] + 1) & _COUNTER_MASK
+            index = 0
+            if uint(ptr32(c[CLOCK_REGISTER])[0] - c[STAMP]) < uint(_ECHO_LIMIT_US):
+                tail = ptr32(c[TAIL])[0]
+                head = ptr32(c[HEAD])[0]
+                if (head - tail) & 255 == _FRAME_BYTES:
+                    ring = ptr8(c[RING_ADDRESS])
+                    frame = ptr8(c[SLOT_FRAME])
+                    while index < _FRAME_BYTES and ring[(tail + index) & 255] == frame[index]:
+                        index += 1
+                ptr32(c[TAIL])[0] = _RING | head
+                ptr32(c[LINE_QUIET])[0] = 0
+            if index != _FRAME_BYTES:
+                c[COLLISIONS] = (c[COLLISIONS] + 1) & _COUNTER_MASK
+        controls = int(decode(memory, pulses))
+        if controls:
             c[STAMP] = ptr32(c[CLOCK_REGISTER])[0]
             c[LINK] = LINKED
             c[DRIVE] = 1
@@ -125,6 +167,21 @@ def frame_handler(context, memory, pulses, decode):
                 high = (high * slice[1] + 0x8000) >> 16
                 ptr32(slice[0])[0] = (high << 16) | low
                 at += 4 * SLICE_WORDS
+        if controls and c[SLOT]:
+            protocol = ptr32(c[RF_PROTOCOL])[0]
+            ring = ptr8(c[RING_ADDRESS])
+            head = ptr32(c[WRITE_REGISTER])[0]
+            # Not if other bytes stand behind the control frame, even a frame: the slot is lost.
+            if (
+                (protocol & _TELEMETRY_REQUESTED) | ((_BIDIRECTIONAL >> (protocol & 31)) & 1)
+                and head & 255 == ptr32(c[HEAD])[0]
+                and ring[(head - _FRAME_BYTES) & 255] == 0x82
+                and ring[(head - _FRAME_BYTES + 2) & 255] & 0xD0 == 0x10
+            ):
+                at = c[SLOT_WORDS]
+                while at < c[SLOT_WORDS_END]:
+                    ptr32(c[SLOT_FIFO])[0] = ptr32(at)[0]
+                    at += 4
 
     return on_frame
 
@@ -133,7 +190,7 @@ def tick_handler(context):
     """Returns the interrupt handler for the tick: failsafe, watchdog, LED.
 
     Failsafe empties the channels, so that after it each output leaves its failsafe value only when
-    its own channel has come again.
+    its own channel has come again. It forgets the RF mode: nothing is sent until it is known.
     """
 
     @micropython.viper
@@ -171,6 +228,7 @@ def tick_handler(context):
                 while index < 16:
                     channels[index] = 0
                     index += 1
+                ptr32(c[RF_PROTOCOL])[0] = 0
                 c[LINK] = FAILSAFE
                 c[FAILSAFES] = c[FAILSAFES] + 1
                 c[DRIVE] = 1

@@ -24,12 +24,11 @@ class ServoOutputs:
     def __init__(self, channels, *, failsafe=None, frequency=50):
         """Prepares the pins; they stay low until a pulse width is written.
 
-        `channels`: {GPIO number: channel 1..16}. `failsafe`: {GPIO number: HOLD, NONE or a pulse
-        width in quarter microseconds}, NONE where absent. `frequency`: 50..400 Hz. Raises
-        `ValueError` for pins that share a PWM channel and for values outside these ranges.
+        `channels`: {GPIO number: channel 1..16}, none for goggles. `failsafe`: {GPIO number:
+        HOLD, NONE or a pulse width in quarter microseconds}, NONE where absent. `frequency`:
+        50..400 Hz. Raises `ValueError` for pins that share a PWM channel and for values outside
+        these ranges.
         """
-        if not channels:
-            raise ValueError("no servo outputs given")
         for pin in failsafe or ():
             if pin not in channels:
                 raise ValueError(f"failsafe names GP{pin}, which is no servo output")

@@ -75,6 +75,7 @@ class PioWire:
         """`pin`: GPIO number; `state_machine`: 0..7 (rp2 numbering), any free one."""
         self._chip = chip.this_chip()
         block, index = divmod(state_machine, 4)
+        self._block = rp2.PIO(block)
         self._dreq = 8 * block + 4 + index
         self._release_stale_channels()
         # DMA wraps on an address that is a multiple of the ring's size.
@@ -169,6 +170,7 @@ class PioWire:
         """Stops receiving and gives the state machine and both DMA channels back."""
         self._machine.active(0)
         self._machine.irq(None)
+        self._block.remove_program(_receive)  # it fills the block's memory
         self._abort(self._numbers)
         self._data.close()
         self._reload.close()
