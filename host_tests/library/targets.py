@@ -12,6 +12,7 @@ import subprocess
 from pathlib import Path
 from typing import Any, Protocol
 
+from forked import in_child
 from ghst_tools import boards, device_files, filesystem, micropython_image
 from ghst_tools.emulator import Board, DeviceError
 
@@ -32,7 +33,7 @@ def cases(module: str) -> list[str]:
 
 
 class Target(Protocol):
-    """An interpreter with `lib/ghst` and the behaviour tests on its path."""
+    """An interpreter with `lib/ghst`, `firmware` and the behaviour tests on its path."""
 
     def run(self, module: str, name: str) -> None: ...
 
@@ -54,7 +55,8 @@ class Unix:
 
     def __init__(self) -> None:
         self._program = micropython_image.unix_micropython()
-        self._path = f"{boards.checkout() / 'lib'}:{BEHAVIOUR.parent}:.frozen"
+        root = boards.checkout()
+        self._path = f"{root / 'lib'}:{root}:{BEHAVIOUR.parent}:.frozen"
 
     def run(self, module: str, name: str) -> None:
         self.execute(f"from behaviour.{module} import {name}\n{name}()")
@@ -77,7 +79,7 @@ class Unix:
 
 
 _RUN_ALL = """
-import gc, sys
+import sys
 from behaviour import {module}
 for name in {names!r}:
     try:
@@ -87,8 +89,6 @@ for name in {names!r}:
         sys.print_exception(error)
     else:
         print("PASSED", name)
-del sys.modules["behaviour.{module}"]
-gc.collect()
 """
 
 
@@ -96,7 +96,8 @@ class Rp2040:
     """An emulated Pico, booted once: the library and the tests as `.mpy` files in its flash.
 
     The first test of a module runs all of the module's tests in one go, since talking to the chip
-    costs more than most tests; the others tell how theirs ended.
+    costs more than most tests; the others tell how theirs ended. Whatever is run finds the board
+    as it was after booting.
     """
 
     def __init__(self, image: Path) -> None:
@@ -124,10 +125,15 @@ class Rp2040:
 
     def execute(self, code: str) -> str:
         """What `code` prints; AssertionError with the traceback when it raised."""
+        output, failure = in_child(lambda: self._execute(code))
+        assert not failure, failure
+        return output
+
+    def _execute(self, code: str) -> tuple[str, str]:
         try:
-            return self._board.exec(code, EMULATED_LIMIT_NS)
+            return self._board.exec(code, EMULATED_LIMIT_NS), ""
         except DeviceError as error:
-            raise AssertionError(str(error)) from None
+            return "", str(error)
 
 
 def _board() -> boards.Board:
@@ -135,12 +141,13 @@ def _board() -> boards.Board:
 
 
 def _device_tree() -> dict[str, bytes]:
-    """The library as it is installed on a board, and the behaviour tests beside it."""
+    """Library and firmware as they are installed on a board, and the tests beside them."""
     root = boards.checkout()
     sources = {
         path.relative_to("lib").as_posix(): root / path
         for path in device_files.library_modules(root)
     }
+    sources |= {path.as_posix(): root / path for path in device_files.firmware_modules(root)}
     sources |= {f"behaviour/{path.name}": path for path in BEHAVIOUR.glob("*.py")}
     return {
         f"/lib/{name.removesuffix('.py')}.mpy": device_files.compile_module(

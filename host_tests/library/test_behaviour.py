@@ -4,12 +4,22 @@ import pytest
 from targets import BEHAVIOUR, Target, cases
 
 MODULES = (
-    *("samples", "scaling", "link", "counters", "streams", "memory"),
+    *("samples", "scaling", "link", "counters", "streams", "memory", "msp_queue"),
     *("telemetry", "telemetry_memory", "schedule", "downlink"),
     *("msp_requests", "msp_replies", "msp_responder", "msp_answers", "msp_vtx", "msp_memory"),
+    *("battery", "battery_cells", "battery_memory", "rx5808", "rx5808_memory", "settings"),
+    *("gps_stream", "nmea_fields", "nmea", "ubx", "geodesy", "gps_garbage", "gps_memory"),
+    *("sensor_arithmetic", "barometer_formulas", "hard_iron"),
 )
 
-NEEDS_MICROPYTHON = ("memory", "telemetry_memory", "msp_memory")
+NEEDS_MICROPYTHON = (
+    "memory",
+    "telemetry_memory",
+    "msp_memory",
+    "battery_memory",
+    "rx5808_memory",
+    "gps_memory",
+)
 """Modules that import `micropython`."""
 
 
@@ -28,5 +38,6 @@ def test_every_behaviour_module_is_run() -> None:
     workloads = {"__init__", "support", "random_bytes", "random_telemetry", "replay"} | {
         "msp_support",
         "msp_random",
+        "gps_support",
     }
     assert {path.stem for path in BEHAVIOUR.glob("*.py")} == {*MODULES, *workloads}
