@@ -13,7 +13,7 @@ from firmware.report import Reporter
 from ghst import __version__
 
 _OLDEST_MICROPYTHON = (1, 25)
-_LOOP_MS = 20
+_LOOP_MS = 3  # more than one round for each slot at 160 Hz, with what a round takes
 _CTRL_C = 3
 
 
@@ -26,42 +26,81 @@ def _prepare(path):
     if here.chip != name:
         raise board.BoardError(f"{path} is for an {here.chip}, this is an {name}")
     return here, Adapter(
-        here.wire, here.servos, failsafe=here.failsafe, failsafe_ms=here.failsafe_ms, led=here.led
+        here.wire,
+        here.servos,
+        failsafe=here.failsafe,
+        failsafe_ms=here.failsafe_ms,
+        led=here.led,
+        **here.wire_options,
     )
 
 
-def _hello(here):
+def _hello(application):
+    here = application.board
     servos = " ".join(f"GP{pin}={here.servos[pin]}" for pin in sorted(here.servos))
     version = ".".join(str(part) for part in sys.implementation.version[:3])
     text = f"micropython-ghst {__version__} on {here.name}, MicroPython {version}\n"
-    text += f"wire GP{here.wire}, servos {servos}, failsafe after {here.failsafe_ms} ms"
+    text += f"wire GP{here.wire}, "
+    if here.role == "goggles":
+        text += "goggles"
+    else:
+        text += f"servos {servos}, failsafe after {here.failsafe_ms} ms"
+    if application.sensors:
+        text += "\nsensors: " + ", ".join(sorted(application.sensors))
+    for line in application.missing:
+        text += f"\nsensor left out: {line}"
+    if application.settings.error:
+        text += f"\nsettings: {application.settings.error}"
     # reset_cause() cannot tell a time-out from machine.reset(), which uses the watchdog too.
     if machine.mem32[this_chip().WATCHDOG + chip.WATCHDOG_REASON] & 1:
         text += "\nrestarted by the watchdog"
     return text
 
 
-def run(adapter, hello):
+def _add_user(application):
+    """Has `/user.py`, if there is one, add to the application; returns what went wrong or None."""
+    try:
+        import user
+    except ImportError as error:
+        # One that is there and imports what is not there is a mistake to be told.
+        return None if "'user'" in str(error) else error
+    except Exception as error:
+        return error
+    try:
+        user.setup(application)
+    except Exception as error:
+        return error
+    return None
+
+
+def run(application, hello, fault=None):
     """The main loop, until Ctrl-C. An exception in it is counted and shown, and costs no pulse.
 
-    `hello` is what a press of Enter shows before the state of the link.
+    `hello` is what a press of Enter shows before the state of the link; `fault`: an exception
+    from before.
     """
     print(hello)
-    reporter = Reporter(hello)
-    faults = 0
-    fault = None
-
-    def report():
-        reporter.update(adapter, faults, fault)
-
+    reporter = Reporter(application, hello)
+    faults = 1 if fault else 0
+    steps = application.steps
+    began_us = time.ticks_us()
     while True:
-        for step in (adapter.poll, report):
+        now_ms = time.ticks_ms()
+        for step in steps:
             try:
-                step()
+                step(now_ms)
             except Exception as error:
                 faults += 1
                 fault = error
+        try:
+            reporter.update(faults, fault)
+        except Exception as error:
+            faults += 1
+            fault = error
         time.sleep_ms(_LOOP_MS)
+        now_us = time.ticks_us()
+        application.state.cycle_time_us = time.ticks_diff(now_us, began_us)
+        began_us = now_us
 
 
 def main(path="/board.json"):
@@ -76,7 +115,19 @@ def main(path="/board.json"):
         return
     try:
         adapter.start()
-        run(adapter, _hello(here))
+        # The servos follow already: loading the rest takes most of a second.
+        try:
+            from firmware.application import Application
+
+            application = Application(here, adapter)
+        except Exception as error:
+            # Something is broken that is not the control path: fly without the rest.
+            print(f"micropython-ghst: no sensors, no telemetry: {type(error).__name__}: {error}")
+            while True:
+                adapter.poll()
+                time.sleep_ms(_LOOP_MS)
+        fault = _add_user(application)
+        run(application, _hello(application), fault)
     except KeyboardInterrupt:
         pass
     finally:

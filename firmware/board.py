@@ -9,12 +9,30 @@ class BoardError(Exception):
     """The board's description cannot be used; the text says where and why."""
 
 
+# The sensors and the pins that each of them uses.
+_SENSORS = {
+    "battery": ("battery_adc", "current_adc"),
+    "gps": ("gps_uart",),
+    "barometer": ("i2c",),
+    "magnetometer": ("i2c",),
+}
+# Signals of a bus or module; none where it is a single pin.
+_PIN_GROUPS = {
+    "battery_adc": (),
+    "current_adc": (),
+    "gps_uart": ("id", "tx", "rx"),
+    "i2c": ("id", "sda", "scl"),
+    "rx5808": ("clock", "data", "select"),
+}
+
+
 class Board:
     """What `board.json` says.
 
-    `name`; `chip` ("rp2040", "rp2350"); `wire`: GPIO of the Ghost wire; `servos`: {GPIO: channel
-    1..16}; `led`: GPIO or None; `failsafe_ms`; `failsafe`: {GPIO: HOLD, NONE or quarter
-    microseconds}.
+    `name`; `chip` ("rp2040", "rp2350"); `role`: "flight" or "goggles"; `wire`: GPIO of the Ghost
+    wire; `wire_options`: of `Adapter`, which driver; `servos`: {GPIO: channel 1..16}; `led`: GPIO
+    or None; `failsafe_ms`; `failsafe`: {GPIO: HOLD, NONE or quarter microseconds}; `sensors`:
+    {name: {option: value}}; `pins`: those of buses and modules, a GPIO or {signal: GPIO}.
     """
 
     def __init__(self, values):
@@ -22,7 +40,11 @@ class Board:
         pins = _get(values, "pins", dict)
         self.name = _get(values, "name", str)
         self.chip = _get(values, "chip", str)
+        self.role = _choice(values, "role", ("flight", "goggles"))
         self.wire = _pin("pins.ghst_wire", _get(pins, "ghst_wire", int, "pins."))
+        self.wire_options = {"wire": _choice(values, "wire_driver", ("pio", "uart"))}
+        if pins.get("ghst_tx") is not None:
+            self.wire_options["tx_pin"] = _pin("pins.ghst_tx", pins["ghst_tx"])
         self.servos = {}
         for key, channel in _get(pins, "servos", dict, "pins.").items():
             if type(channel) is not int or not 1 <= channel <= 16:
@@ -40,6 +62,43 @@ class Board:
             if pin not in self.servos:
                 raise BoardError(f"failsafe.{key}: GP{pin} is not among pins.servos")
             self.failsafe[pin] = _rule(key, rule)
+        self.sensors = _get(values, "sensors", dict, default={})
+        for key, options in self.sensors.items():
+            if key not in _SENSORS:
+                raise BoardError(f"sensors.{key} is unknown, there are {', '.join(_SENSORS)}")
+            if type(options) is not dict:
+                raise BoardError(f"sensors.{key} is {options!r}, must be a JSON object")
+        self.pins = {}
+        for key in _PIN_GROUPS:
+            value = pins.get(key)
+            if value is not None:
+                self.pins[key] = _group(f"pins.{key}", value, _PIN_GROUPS[key])
+        if self.role == "goggles":
+            self.servos = {}
+            self.failsafe = {}
+        elif not self.servos:
+            raise BoardError("pins.servos is empty: no servo outputs given")
+        self._check_conflicts()
+
+    def _check_conflicts(self):
+        used = {self.wire: "ghst_wire"}
+        claims = [(pin, "servos") for pin in self.servos]
+        claims.append((self.wire_options.get("tx_pin"), "ghst_tx"))
+        claims.append((self.led, "led"))
+        groups = {group for sensor in self.sensors for group in _SENSORS[sensor]}
+        if self.role == "goggles":
+            groups.add("rx5808")
+        for group in groups:
+            pins = self.pins.get(group)
+            if type(pins) is dict:
+                claims += [(pins[signal], group) for signal in pins if signal != "id"]
+            else:
+                claims.append((pins, group))
+        for pin, user in claims:
+            if pin in used:
+                raise BoardError(f"pins.{user}: GP{pin} is taken by {used[pin]}")
+            if pin is not None:
+                used[pin] = user
 
 
 def _get(values, key, kind, where="", default=None):
@@ -51,6 +110,26 @@ def _get(values, key, kind, where="", default=None):
     if type(value) is not kind:
         raise BoardError(f"{where}{key} is {value!r}, must be of type {kind.__name__}")
     return value
+
+
+def _choice(values, key, choices):
+    value = _get(values, key, str, default=choices[0])
+    if value not in choices:
+        raise BoardError(f"{key} is {value!r}, must be one of {', '.join(choices)}")
+    return value
+
+
+def _group(where, value, signals):
+    if not signals:
+        return _pin(where, value)
+    if type(value) is not dict:
+        raise BoardError(f"{where} is {value!r}, must have {', '.join(signals)}")
+    group = {}
+    for signal in signals:
+        if signal not in value:
+            raise BoardError(f"{where}.{signal} is missing")
+        group[signal] = _pin(f"{where}.{signal}", value[signal])
+    return group
 
 
 def _pin(where, value):

@@ -16,8 +16,9 @@ class Reporter:
     What cannot be written at the moment is not kept: the next line says the state of then.
     """
 
-    def __init__(self, hello):
-        """`hello`: lines that say what is running here."""
+    def __init__(self, application, hello):
+        """`application`: a `firmware.application.Application`; `hello`: what is running here."""
+        self._application = application
         self._hello = hello
         self._output = select.poll()
         self._output.register(sys.stdout, select.POLLOUT)
@@ -25,11 +26,12 @@ class Reporter:
         self._input.register(sys.stdin, select.POLLIN)
         self._shown = None
 
-    def update(self, adapter, faults=0, fault=None):
+    def update(self, faults=0, fault=None):
         """Prints what has changed since the last call, or all of it if somebody pressed Enter.
 
         `faults`: how many exceptions the main loop has survived; `fault`: the last of them.
         """
+        adapter = self._application.adapter
         asked = self._asked()
         now = (adapter.link, adapter.control.stuck, faults)
         if (now == self._shown and not asked) or not _ready(self._output):
@@ -38,6 +40,8 @@ class Reporter:
         self._shown = now
         if asked:
             print(self._hello)
+            for line in self._application.describe():
+                print(line)
         if asked or now[0] != before[0]:
             print("link:", self._describe(adapter))
         if asked or now[1] != before[1]:

@@ -1,0 +1,123 @@
+"""`Application`: an adapter with sensors, telemetry, MSP and video settings around it."""
+
+import machine
+
+from firmware import devices, vtx
+from firmware.adapter import LINKED
+from firmware.settings import Settings
+from firmware.telemetry import Telemetry
+from ghst.msp import Responder
+from ghst.msp_commands import answer
+from ghst.msp_state import State
+
+_VTX_KEYS = (
+    "vtx_band",
+    "vtx_channel",
+    "vtx_power",
+    "vtx_pit_mode",
+    "vtx_freq_mhz",
+    "vtx_low_power_disarm",
+    "vtx_pit_freq_mhz",
+)
+
+
+class Application:
+    """What runs on a board, for `/user.py` to add to.
+
+    `board`; `adapter`, `receiver`; `sensors` {name: sensor} and `missing`, lines about those that
+    are left out; `state`, the values that MSP answers with; `responder`, to add MSP commands to;
+    `settings`; `on_vtx(kind, application)`, called in the main loop (`firmware.vtx`), or None;
+    `rx5808`, the video receiver module of goggles, or None; `steps`, functions of the time in ms
+    that the main loop calls one after the other in every round: none may take more than 5 ms.
+    """
+
+    def __init__(self, board, adapter):
+        """`board`: a `firmware.board.Board`; `adapter`: as it describes it, running or not."""
+        self.board = board
+        self.adapter = adapter
+        self.receiver = adapter.receiver
+        self.sensors, self.missing = devices.sensors(board)
+        self.settings = Settings()
+        self.settings.load()
+        self.on_vtx = None
+        self.rx5808 = self._video_receiver() if board.role == "goggles" else None
+        self.state = self._state()
+        self.responder = Responder()
+        answer(self.responder, self.state, on_vtx=self._vtx_set, on_save=self._save)
+        self.telemetry = Telemetry(self.adapter, self.sensors, self.state, self.responder)
+        self.steps = [self._alive]
+        self.steps += self.telemetry.steps
+        self.steps += [vtx.VtxEvents(self.receiver, self._vtx_event).update, self._poll_settings]
+
+    def _video_receiver(self):
+        try:
+            return devices.video_receiver(self.board)
+        except (ImportError, ValueError) as error:
+            self.missing.append(f"rx5808: {error}")
+        return None
+
+    def _state(self):
+        state = State()
+        name = self.board.name.encode()
+        state.craft_name = state.board_name = state.target_name = name
+        state.board_identifier = self.board.chip[:4].upper().encode()
+        state.uid = machine.unique_id()
+        state.pulses = self.receiver.pulses
+        battery = self.sensors.get("battery")
+        state.capacity_mah = battery.capacity_mah if battery else None
+        for key in _VTX_KEYS:
+            saved = self.settings.get("vtx", key, None)
+            # The type is what keeps a hand-written file from breaking an answer.
+            if type(saved) is type(getattr(state, key)):
+                setattr(state, key, saved)
+        return state
+
+    def _alive(self, now_ms):
+        link = self.adapter.poll()
+        self.state.armed = link == LINKED
+        self.state.rssi_percent = self.receiver.rssi_percent
+
+    def _vtx_event(self, kind):
+        if self.rx5808 and kind == vtx.SETUP:
+            self.rx5808.set_frequency(self.receiver.vtx_freq_mhz)
+        if self.on_vtx:
+            self.on_vtx(kind, self)
+
+    def _vtx_set(self, state):
+        for key in _VTX_KEYS:
+            self.settings.set("vtx", key, getattr(state, key))
+        self._vtx_event(vtx.MSP)
+
+    def _save(self):
+        self.settings.request_save()
+        return True
+
+    def _poll_settings(self, now_ms):
+        # Writing flash stops all interrupts.
+        self.settings.poll(self.adapter.poll() != LINKED)
+
+    def describe(self):
+        """Returns lines about telemetry, MSP, the video transmitter and each sensor; allocates."""
+        control = self.adapter.control
+        responder = self.responder
+        lines = [
+            f"telemetry: {control.telemetry_frames} frames sent, {control.collisions} collisions",
+            f"MSP: {self.receiver.msp_frames} frames, {responder.answered} answered, "
+            f"{responder.errors} errors, {self.receiver.msp_lost} frames lost",
+        ]
+        lines += [
+            f"{name}: {sensor.describe()}, {sensor.faults} faults"
+            for name, sensor in sorted(self.sensors.items())
+        ]
+        receiver = self.receiver
+        if receiver.vtx_setups:
+            # Which nibble is the band is not public.
+            lines.append(
+                f"VTX set-up: {receiver.vtx_freq_mhz} MHz, {receiver.vtx_power_mw} mW, band and "
+                f"channel 0x{receiver.vtx_band_channel:02x}, flags 0x{receiver.vtx_flags:02x}"
+            )
+        if receiver.vtx_controls:
+            lines.append("VTX control: " + receiver.vtx_control.hex())
+        if self.rx5808:
+            lines.append(f"video receiver: {self.rx5808.frequency_mhz} MHz")
+        return lines

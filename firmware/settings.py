@@ -1,0 +1,177 @@
+"""What is set while the board runs and must outlast its power, in a JSON file.
+
+    settings = Settings()
+    settings.load()
+    settings.get("vtx", "vtx_power", 1)
+    settings.set("vtx", "vtx_power", 3)
+    settings.request_save()
+    settings.poll(link_is_down)         # in every round of the main loop
+
+Writing flash stops all interrupts for milliseconds, so it is done in `poll` alone, and only while
+that is safe. Whenever the power fails, the file has all of its old or all of its new contents:
+the new ones go into a file of their own, are read back, and that file is renamed to the old one's
+name, which littlefs does in one piece.
+"""
+
+import json
+import os
+
+LARGEST = 8192
+"""Bytes that a file may have."""
+
+_ENOSPC = 28
+
+
+class Settings:
+    """Sections of named values: None, numbers, strings, or lists of them.
+
+    `changed`: whether there is something to save. `saves`: how often the file was written.
+    `error`: one line about what went wrong with the file, None while nothing did.
+    """
+
+    def __init__(self, path="/ghst.json"):
+        """Begins empty. `path`: the file; beside it, `path` + ".new" and ".broken" are used."""
+        self._path = path
+        self._new_path = path + ".new"
+        self._sections = {}
+        self._file_is_broken = False
+        self._finish = None  # what a save that was cut off has left to do
+        self._requested = False
+        self.changed = False
+        self.saves = 0
+        self.error = None
+
+    def load(self):
+        """Reads the file; writes nothing, and raises nothing.
+
+        No file is no settings. A broken one is as well, with `error` saying so; the next save
+        keeps it as `path` + ".broken".
+        """
+        self._finish = None
+        self._requested = self.changed = False
+        sections, self.error = self._read(self._path)
+        self._file_is_broken = self.error is not None
+        if _exists(self._new_path):
+            self._finish = self._remove_new
+            if sections is None:
+                # The power failed between the end of a save and its last step.
+                sections, broken = self._read(self._new_path)
+                if not broken:
+                    self._finish = self._rename_new
+                    self.error = None
+        self._sections = sections or {}
+
+    def get(self, section, key, default=None):
+        """Returns a value, `default` if there is none. A list is not to be changed."""
+        values = self._sections.get(section)
+        return default if values is None else values.get(key, default)
+
+    def set(self, section, key, value):
+        """Changes a value here, not in the file; raises `ValueError` for what no file can hold."""
+        if not isinstance(section, str) or not isinstance(key, str):
+            raise ValueError(f"setting {section!r}, {key!r}: both names must be strings")
+        values = list(value) if isinstance(value, (list, tuple)) else [value]
+        for element in values:
+            # Infinity and what is no number are floats, but no JSON.
+            if type(element) not in (type(None), bool, int, float, str) or (
+                type(element) is float and element - element != 0
+            ):
+                raise ValueError(f"setting {section}.{key} cannot be {element!r}")
+        if isinstance(value, (list, tuple)):
+            value = values
+        before = self._sections.setdefault(section, {})
+        # As text: 1, True and 1.0 are equal.
+        if key not in before or json.dumps(before[key]) != json.dumps(value):
+            before[key] = value
+            self.changed = True
+
+    def request_save(self):
+        """Has what has changed saved by a later `poll`."""
+        self._requested = True
+
+    def poll(self, safe):
+        """Saves if that was requested; returns whether it did.
+
+        `safe`: whether nothing is at stake if all interrupts stand still for a tenth of a second.
+        After a failure, which `error` tells, it waits for the next request.
+        """
+        if not safe or not (self._requested or self._finish):
+            return False
+        finish = self._finish
+        self._finish = None
+        try:
+            if finish:
+                finish()
+            if not self._requested:
+                return False
+            self._requested = False
+            if not self.changed:
+                return False
+            self._save()
+        except OSError as error:
+            # MicroPython has no name for this one.
+            reason = "the flash is full" if error.errno == _ENOSPC else f"OSError {error}"
+            self.error = f"{self._path} was not saved: {reason}"
+            return False
+        except (ValueError, MemoryError) as error:
+            self.error = f"{self._path} was not saved: {error}"
+            return False
+        self.changed = False
+        self.saves += 1
+        self.error = None
+        return True
+
+    def _save(self):
+        data = json.dumps(self._sections).encode()
+        if len(data) > LARGEST:
+            raise ValueError(f"{len(data)} bytes, {LARGEST} at most")
+        self._finish = self._remove_new
+        with open(self._new_path, "wb") as file:
+            file.write(data)
+        with open(self._new_path, "rb") as file:
+            if file.read() != data:
+                raise ValueError("it reads back differently")
+        self._finish = self._rename_new
+        self._rename_new()
+        self._finish = None
+
+    def _rename_new(self):
+        if self._file_is_broken:
+            os.rename(self._path, self._path + ".broken")
+            self._file_is_broken = False
+        os.rename(self._new_path, self._path)
+
+    def _remove_new(self):
+        if _exists(self._new_path):
+            os.remove(self._new_path)
+
+    @staticmethod
+    def _read(path):
+        # Returns (sections, None), (None, None) if there is no file, (None, line) if it is broken.
+        if not _exists(path):
+            return None, None
+        try:
+            if os.stat(path)[6] > LARGEST:
+                return None, f"{path} is broken: more than {LARGEST} bytes"
+            with open(path) as file:
+                # MicroPython 1.25 takes an object that lacks its last brackets. In a list, what
+                # follows the object is seen only if that is whole.
+                sections, _ = json.loads("[" + file.read() + ", 1]")
+        except OSError as error:
+            return None, f"{path} cannot be read: OSError {error}"
+        except (ValueError, TypeError, RuntimeError, MemoryError):
+            return None, f"{path} is broken: no valid JSON"
+        if not isinstance(sections, dict):
+            return None, f"{path} is broken: no JSON object"
+        for section, values in sections.items():
+            if not isinstance(section, str) or not isinstance(values, dict):
+                return None, f"{path} is broken: {section} is no JSON object"
+        return sections, None
+
+
+def _exists(path):
+    try:
+        os.stat(path)
+    except OSError:
+        return False
+    return True
