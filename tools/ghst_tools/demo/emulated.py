@@ -8,9 +8,11 @@ from itertools import pairwise
 from pathlib import Path
 
 from ghst_tools import boards
-from ghst_tools.demo.flight import RATE_HZ, Flight
+from ghst_tools.demo.aircraft import Aircraft, Devices
+from ghst_tools.demo.flight import RATE_HZ, Flight, pulses_in
 from ghst_tools.demo.judge import FAILSAFE_SLACK_MS, PERIOD_NS, Demand, Judge
 from ghst_tools.demo.probes import CompareWrites, ConsoleLog, decoder_state
+from ghst_tools.demo.radio import Radio
 from ghst_tools.demo.report import Row, Snapshot, Span, View
 from ghst_tools.emulator import Board, GhostReceiver, PulseMeter, VcdRecorder, Wire
 from ghst_tools.errors import GhstError
@@ -24,6 +26,8 @@ _AFTER_FAILSAFE_MS = 300
 _CUT_BITS = 67.5  # the link dies inside the seventh byte
 _LAST_LOOK_NS = PERIOD_NS + 5e6  # for the pulses that show the last frame
 _DEFAULT_FAILSAFE_MS = 500
+# From the firmware's start: the barometer takes the first second for its zero.
+_ON_THE_GROUND_NS = 1.2e9
 
 
 @dataclass
@@ -47,12 +51,15 @@ class EmulatedFlight:
     def __init__(
         self, flight: Flight, image: Path, filesystem: Path, definition: boards.Board, view: View
     ) -> None:
-        values = json.loads(definition.definition)
+        self.values = values = json.loads(definition.definition)
         pins = values["pins"]
         self.servos = {int(pin): channel for pin, channel in pins["servos"].items()}
         self.failsafe_ms: int = values.get("failsafe_ms", _DEFAULT_FAILSAFE_MS)
         failsafe = {int(pin): rule for pin, rule in values.get("failsafe", {}).items()}
         self.board = Board(image, filesystem)
+        self.aircraft = Aircraft()
+        self.devices = Devices(self.board, self.aircraft, values)
+        self.radio = Radio()
         wire = Wire(self.board, pins["ghst_wire"])
         self.meter = PulseMeter(self.board, self.servos)
         self.recorder = VcdRecorder(
@@ -86,6 +93,7 @@ class EmulatedFlight:
         self._enter("booting MicroPython and the firmware")
         self._boot()
         self.times.searching = self.board.now_ns
+        self.aircraft.takeoff_ns = self.board.now_ns + _ON_THE_GROUND_NS
         self._enter("no frame yet: the pins have to be quiet")
         self._run_to(self.board.now_ns + _QUIET_NS)
         self._fly()
@@ -133,6 +141,9 @@ class EmulatedFlight:
             return None
         if index == self._cut_index:
             self.receiver.stop_at(t_ns + _CUT_BITS * 1e9 / self.receiver.baud)
+            self.aircraft.channels(t_ns, {})
+        else:
+            self.aircraft.channels(t_ns, pulses_in(self._frames[index]))
         return self._frames[index]
 
     def _run_to(self, end_ns: float) -> None:
@@ -147,6 +158,7 @@ class EmulatedFlight:
         while self._demanded < len(sent) and sent[self._demanded].end_ns <= self.board.now_ns:
             self.demand.frame(*sent[self._demanded])
             self._demanded += 1
+        self.radio.listen(self.receiver.downlink)
         for pin, pulses in self.meter.pulses.items():
             for pulse in pulses[len(self.judge.verdicts[pin].errors) :]:
                 self.judge.pulse(pin, pulse)
@@ -177,6 +189,7 @@ class EmulatedFlight:
                 wrong=len(self.judge.wrong),
                 rows=tuple(self._row(pin, now_ns) for pin in self.servos),
                 console=tuple(line for _, line in self.console.lines),
+                radio=self.radio.shown(),
             )
         )
 

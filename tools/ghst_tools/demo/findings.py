@@ -6,6 +6,7 @@ import statistics
 from datetime import date
 from importlib.metadata import version
 
+from ghst_tools.demo import telemetry
 from ghst_tools.demo.emulated import EmulatedFlight
 from ghst_tools.demo.judge import FAILSAFE_SLACK_MS, SERVED_WITHIN_NS
 from ghst_tools.demo.probes import decoder_state
@@ -24,6 +25,9 @@ def report(flown: EmulatedFlight, micropython: str, wall_s: float) -> Report:
     _latency(flown, result)
     _failsafe(flown, result)
     _link_back(flown, result)
+    telemetry.judge(
+        result, flown.values, flown.receiver, flown.radio, flown.aircraft, flown.devices
+    )
     result.failures += [
         f"the watchdog reset the board at {t_ns / _MS:.0f} ms" for t_ns, _ in flown.board.resets
     ]

@@ -43,6 +43,8 @@ class Snapshot:
     rows: tuple[Row, ...]
     console: tuple[str, ...]
     """What the board has printed."""
+    radio: tuple[tuple[str, str], ...] = ()
+    """Label and text of each line that the pilot's radio shows."""
 
 
 class View(Protocol):

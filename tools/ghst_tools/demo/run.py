@@ -89,7 +89,7 @@ def demo(seconds: float, out: Path, image: Path | None, on_unix: bool) -> bool:
 @click.command()
 @click.option(
     "--seconds",
-    type=click.FloatRange(min=0.2, max=60),
+    type=click.FloatRange(min=_QUICK_SECONDS, max=60),
     default=_SECONDS,
     show_default=True,
     help="Emulated time of flight, without the time when the link is lost.",
@@ -111,7 +111,8 @@ def command(
 ) -> None:
     """Watch an emulated Pico with the firmware follow a simulated Ghost receiver.
 
-    Exit status 0: every pulse was right, no frame was lost, failsafe came in time.
+    Exit status 0: every pulse was right, no frame was lost, failsafe came in time, and the pilot's
+    radio showed what the emulated battery, GPS, barometer and compass had.
     """
     out = out or boards.checkout() / "build" / "demo"
     try:

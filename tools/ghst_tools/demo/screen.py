@@ -21,6 +21,7 @@ _TRACK = (21, 61)  # narrowest and widest, characters
 _OTHER_COLUMNS = 57
 _LOWEST_US, _HIGHEST_US = 850, 2190  # a little beyond what a frame can carry
 _CONSOLE_LINES = 3
+_TALL = 32  # lines of a terminal that has room for everything
 _PLAIN_EVERY_S = 0.5
 
 
@@ -55,6 +56,9 @@ class _PlainView:
         self._shown_s = now_s or 0.0
         if snapshot.frames_sent:
             self._print(f"{_clock(snapshot)}  {_link(snapshot)}; {_counters(snapshot)}")
+        if snapshot.radio:
+            radio = "; ".join(text for _, text in snapshot.radio)
+            self._print(f"{_clock(snapshot)}  radio: {radio}")
 
     def _print(self, line: str) -> None:
         self._console.print(line, highlight=False, soft_wrap=True, markup=False)
@@ -87,9 +91,14 @@ class _LiveView:
         done = ProgressBar(total=1.0, completed=snapshot.progress, complete_style="cyan")
         progress.add_row(done, clock)
         parts: list[RenderableType] = [self._spinner, progress, Text(), self._table(snapshot)]
-        note = "off by: the last pulse against the value in force when it rose"
-        parts += [Text(note, style="dim"), Text(), self._status(snapshot)]
-        if snapshot.console:
+        tall = self._console.height >= _TALL or not snapshot.radio
+        if tall:
+            note = "off by: the last pulse against the value in force when it rose"
+            parts.append(Text(note, style="dim"))
+        parts += [Text(), self._status(snapshot)]
+        if snapshot.radio:
+            parts += [Text(), self._radio(snapshot, tall)]
+        if snapshot.console and tall:
             said = "\n".join(snapshot.console[-_CONSOLE_LINES:])
             parts += [Text(), Text(said, style="dim", no_wrap=True, overflow="ellipsis")]
         return Panel(Group(*parts), title=self._title, title_align="left", border_style="cyan")
@@ -124,6 +133,18 @@ class _LiveView:
                 at = max(0, min(width - 1, at))
                 track = Text.assemble(track[:at], (mark, f"not dim bold {style}"), track[at + 1 :])
         return track
+
+    def _radio(self, snapshot: Snapshot, framed: bool) -> RenderableType:
+        lines = Table.grid(padding=(0, 2))
+        lines.add_column(style="dim", no_wrap=True)
+        lines.add_column(no_wrap=True)
+        for label, text in snapshot.radio:
+            lines.add_row(label, Text(text, style="bold"))
+        if not framed:
+            return lines
+        return Panel(
+            lines, title="on the pilot's radio", title_align="left", style="green", expand=False
+        )
 
     def _status(self, snapshot: Snapshot) -> Text:
         link_style = _LINK_STYLES.get(snapshot.link, "")
