@@ -19,10 +19,12 @@ FAILSAFE_NS = 500e6
 SCRIPT = """
 import time, uctypes
 from firmware.adapter import Adapter
-adapter = Adapter(2, {servos}, led=25, {options})
+adapter = Adapter({wire_pin}, {servos}, led=25, {options})
 adapter.start(watchdog={watchdog})
+{setup}
 print("pulses", uctypes.addressof(adapter.receiver.pulses), "memory",
-      uctypes.addressof(adapter.receiver.memory), "ready")
+      uctypes.addressof(adapter.receiver.memory), "words",
+      uctypes.addressof(adapter.control._words), "ready")
 while True:
     {loop}
 """
@@ -44,6 +46,8 @@ def steps(pulse: int) -> int:
 class Pico:
     """An emulated Pico, powered off, and the files that go into its flash."""
 
+    wire_pin = 2
+
     def __init__(self, image: Path, files: dict[str, bytes], filesystem_size: int) -> None:
         self._image = image
         self._files = files
@@ -52,7 +56,10 @@ class Pico:
     def _power_on(self, files: dict[str, bytes], until: bytes) -> None:
         filesystem = littlefs.build(files, self._filesystem_size)
         self.board = Board(self._image, filesystem)
-        self.wire = Wire(self.board, 2)
+        self.wire = self._connect_wire()
+        # When the board begins and ceases to drive the Ghost wire.
+        self.driven: list[tuple[float, bool]] = []
+        self.wire.pin.watch(self._note_driving)
         self.meter = PulseMeter(self.board, SERVOS)
         self.compares: list[CompareWrite] = []
         pwm = self.board.mcu.peripherals[PWM_PAGE]
@@ -66,13 +73,33 @@ class Pico:
         pwm.write_uint32 = record
         self.board.boot(until=until)
 
+    def _connect_wire(self) -> Wire:
+        return Wire(self.board, self.wire_pin)
+
+    def _note_driving(self, t_ns: float, level: bool | None) -> None:
+        driving = level is not None
+        if driving is not bool(self.driven and self.driven[-1][1]):
+            self.driven.append((t_ns, driving))
+
     def file(self, path: str) -> dict[str, Any]:
         """A JSON file of the board."""
         return dict(json.loads(self._files[path]))
 
-    def boot(self, board: dict[str, Any] | None = None, until: bytes = b"link: searching") -> None:
-        """Start the firmware as a user's board does; `board`: another board.json."""
-        replaced = {} if board is None else {"/board.json": json.dumps(board).encode()}
+    def boot(
+        self,
+        board: dict[str, Any] | None = None,
+        until: bytes = b"link: searching",
+        files: dict[str, bytes] | None = None,
+    ) -> None:
+        """Start the firmware as a user's board does.
+
+        `board`: another board.json; by default the board's own without its sensors, which take
+        their time to load. `files`: more files.
+        """
+        if board is None:
+            board = self.file("/board.json")
+            del board["sensors"]
+        replaced = {"/board.json": json.dumps(board).encode()} | (files or {})
         self._power_on(self._files | replaced, until)
         self.compares.clear()
 
@@ -82,13 +109,25 @@ class Pico:
         options: str = "",
         servos: object = SERVOS,
         watchdog: bool = False,
+        setup: str = "",
     ) -> None:
-        """Start an adapter with another main loop; the addresses of its memory become known."""
-        script = SCRIPT.format(servos=servos, options=options, watchdog=watchdog, loop=loop)
+        """Start an adapter with another main loop; the addresses of its memory become known.
+
+        `setup` is run before the loop.
+        """
+        script = SCRIPT.format(
+            wire_pin=self.wire_pin,
+            servos=servos,
+            options=options,
+            watchdog=watchdog,
+            loop=loop,
+            setup=setup,
+        )
         self._power_on(self._files | {"/main.py": script.encode()}, b"ready")
         words = self.board.console.output.split()
         self.pulses_address = int(words[words.index(b"pulses") + 1])
         self.memory_address = int(words[words.index(b"memory") + 1])
+        self.control_address = int(words[words.index(b"words") + 1])
         self.compares.clear()
 
     def pulses(self) -> list[int]:
@@ -99,6 +138,10 @@ class Pico:
     def word(self, index: int) -> int:
         """A word of the decoder's memory (`ghst.decoder`)."""
         return self.board.read32(self.memory_address + 4 * index)
+
+    def control_word(self, index: int) -> int:
+        """A word of the interrupts' array (`firmware.interrupts`)."""
+        return self.board.read32(self.control_address + 4 * index)
 
     def at(self, after_ns: float) -> float:
         """An emulated time from now."""

@@ -73,6 +73,14 @@ def test_the_file_of_the_pico(tmp_path: Path) -> None:
         ("failsafe_ms", "500", "failsafe_ms is '500', must be of type int"),
         ("failsafe.20", "hold", "failsafe.20: GP20 is not among pins.servos"),
         ("failsafe.6", 700, 'failsafe.6 is 700, must be "hold", "none" or 800..2200 us'),
+        ("pins.ghst_wire", 6, "pins.servos: GP6 is taken by ghst_wire"),
+        ("pins.servos", {}, "pins.servos is empty: no servo outputs given"),
+        ("pins.i2c.sda", 6, "pins.i2c: GP6 is taken by servos"),
+        ("pins.gps_uart", 3, "pins.gps_uart is 3, must have id, tx, rx"),
+        ("pins.gps_uart", {"id": 0, "tx": 0}, "pins.gps_uart.rx is missing"),
+        ("sensors.battery", 11, "sensors.battery is 11, must be a JSON object"),
+        ("role", "pilot", "role is 'pilot', must be one of flight, goggles"),
+        ("wire_driver", "spi", "wire_driver is 'spi', must be one of pio, uart"),
         ("failsafe.6", True, 'failsafe.6 is True, must be "hold", "none" or 800..2200 us'),
     ],
 )
@@ -94,8 +102,7 @@ def test_a_missing_or_broken_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("keys", "value", "line"),
     [
-        ("pins.led", 13, "GP13 is the LED and something else"),
-        ("pins.ghst_wire", 6, "GP6 is the Ghost wire and a servo output"),
+        ("pins.led", 13, "/board.json: pins.led: GP13 is taken by servos"),
         ("pins.servos.22", 9, "GP22 shares its PWM channel with GP6"),
         ("failsafe_ms", 50, "failsafe_ms is 50, must be 110..10000"),
         ("chip", "rp2350", "/board.json is for an rp2350, this is an rp2040"),

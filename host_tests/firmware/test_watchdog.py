@@ -167,13 +167,31 @@ def test_a_soft_reset_starts_the_firmware_anew(pico: Pico) -> None:
     receiver.stop()
 
 
-def test_an_exception_in_the_main_loop_is_shown_and_costs_nothing(pico: Pico) -> None:
-    pico.run("import firmware.app\n    adapter.poll = None\n    firmware.app.run(adapter, 'hi')")
+def test_exceptions_in_the_main_loop_are_shown_and_cost_nothing(pico: Pico) -> None:
+    user = b"""
+def setup(application):
+    def fail(now_ms):
+        raise RuntimeError("of the user")
+    application.steps.insert(0, fail)
+    application.steps.append(None)
+"""
+    pico.boot(files={"/user.py": user})
     receiver = pico.fly(lambda index, t: CENTRE, 250)
     pico.board.run_for(200e6)
     assert len(pico.compares) >= 4 * (len(receiver.sent) - 1) > 100
-    pico.board.console.write(b"\x03")
-    pico.board.run_for(50e6)
+    pico.reply_to_enter()
+    pico.board.run_for(10e6)
+    assert b"faults, the last: TypeError: 'NoneType' object" in pico.board.console.output
+
+
+def test_an_exception_in_the_users_setup_is_shown_and_costs_nothing(pico: Pico) -> None:
+    pico.boot(files={"/user.py": b"import nothing_of_this_name"})
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(100e6)
+    assert len(pico.compares) >= 4 * (len(receiver.sent) - 1) > 50
+    pico.reply_to_enter()
+    pico.board.run_for(10e6)
+    assert b"main loop: 1 faults, the last: ImportError: no module" in pico.board.console.output
 
 
 def test_the_led_shows_the_link(pico: Pico) -> None:

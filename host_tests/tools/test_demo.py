@@ -201,6 +201,19 @@ def test_a_quick_run_is_right_and_leaves_two_files(
     assert summary["frames sent"] == f"{frames}, and one cut off in its middle"
     assert summary["frames decoded by the board"] == f"{frames}, CRC errors 0"
     assert summary["pulses wrong"] == "0, missing 0"
+    # On the ground for most of the time, but all of it is on the radio.
+    kinds = re.findall(r"(\w+) (\d+)", summary["telemetry frames"])
+    assert [kind for kind, _ in kinds] == ["GpsPrimary", "GpsSecondary", "MagBaro", "PackStatus"]
+    assert all(int(count) >= 4 for _, count in kinds)
+    assert summary["collisions on the wire"] == "0, frames in one slot: at most 1"
+    slot = re.match(
+        r"min ([\d.]+), mean [\d.]+, max ([\d.]+) us", summary["stop bit to telemetry slot"]
+    )
+    assert slot is not None
+    assert 990 <= float(slot[1]) <= float(slot[2]) <= 1010
+    assert summary["latitude on the radio"].startswith("47.300000 deg, device 47.300000 deg")
+    assert "heading on the radio" in summary and "altitude on the radio" in summary
+    assert "  radio: 16." in done.stdout
     # The VCD shows the same pulses as the meter has counted.
     header, _, changes = (tmp_path / "demo.vcd").read_text().partition("$enddefinitions $end\n")
     assert "$timescale 100 ns $end" in header
@@ -213,7 +226,9 @@ def test_a_quick_run_is_right_and_leaves_two_files(
     lines = changes.partition("$end\n")[2].splitlines()  # behind the levels of the beginning
     # A pulse is complete when it falls; the end of the run may cut some.
     falls = Counter(names[line[1:]] for line in lines if line[0] == "0")
-    assert summary["pulses measured"] == f"{sum(falls.values()) - falls['wire']} at 8 pins"
+    pulses = sum(count for name, count in falls.items() if "_ch" in name)
+    assert summary["pulses measured"] == f"{pulses} at 8 pins"
+    assert falls["wire_device"] == sum(int(count) for _, count in kinds)
 
 
 def test_a_board_that_does_something_else_is_not_right(

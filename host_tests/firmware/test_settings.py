@@ -1,0 +1,247 @@
+"""Settings in the flash of the emulated chip, with the power failing at every write to it."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from firmware.settings import Settings
+
+from ghst_tools import boards, filesystem
+from ghst_tools.emulator import Board
+from ghst_tools.emulator.flash_log import FlashLog
+from ghst_tools.errors import GhstError
+
+PATHS = ("/ghst.json", "/ghst.json.new", "/ghst.json.broken")
+OLD = {"vtx": {"power": 1, "band": 5}}
+NEW = {"vtx": {"power": 3, "band": 5}}
+LARGE = {"texts": {str(n): chr(ord("a") + n) * 900 for n in range(5)}}
+BROKEN = b'{"vtx": {"power": 1'
+
+
+@pytest.fixture(scope="module")
+def board(micropython_image: Path, firmware_files: dict[str, bytes]) -> Board:
+    """A board at the prompt with the firmware in its flash."""
+    files = {path: content for path, content in firmware_files.items() if path != "/main.py"}
+    size = boards.load("rpi_pico").filesystem_size
+    board = Board(micropython_image, filesystem.build(files, size))
+    board.boot()
+    board.exec(
+        "import os, time\n"
+        "from firmware.settings import Settings\n"
+        "def put(path, content):\n"
+        "    try:\n"
+        "        os.remove(path)\n"
+        "    except OSError:\n"
+        "        pass\n"
+        "    if content is not None:\n"
+        "        with open(path, 'wb') as file:\n"
+        "            file.write(content)\n"
+    )
+    return board
+
+
+@pytest.fixture(scope="module")
+def module_log(board: Board) -> FlashLog:
+    return FlashLog(board)
+
+
+@pytest.fixture
+def log(board: Board, module_log: FlashLog) -> Iterator[FlashLog]:
+    """What is written to the flash."""
+    yield module_log
+    for path in PATHS:
+        board.exec(f"put({path!r}, None)")
+
+
+def put(board: Board, contents: dict[str, bytes]) -> None:
+    """Make files on the board."""
+    for path, content in contents.items():
+        board.exec(f"put({path!r}, {content!r})")
+
+
+def save(board: Board, values: dict[str, dict[str, Any]]) -> str:
+    """Have the board load its settings, change them to `values` and save; its words about it."""
+    return board.exec(
+        "settings = Settings()\n"
+        "settings.load()\n"
+        f"for section, values in {values}.items():\n"
+        "    for key, value in values.items():\n"
+        "        settings.set(section, key, value)\n"
+        "settings.request_save()\n"
+        "print(settings.poll(False), settings.poll(True), settings.error)"
+    ).strip()
+
+
+def files_of(image: bytes) -> dict[str, bytes]:
+    """Those of our files that are in a file system."""
+    found = filesystem.read(image)
+    return {path: found[path] for path in PATHS if path in found}
+
+
+def settings_in(folder: Path, files: dict[str, bytes]) -> Settings:
+    """Settings that were loaded on this machine from `files`, which are put into `folder`."""
+    for path in PATHS:
+        (folder / path[1:]).unlink(missing_ok=True)
+    for path, content in files.items():
+        (folder / path[1:]).write_bytes(content)
+    settings = Settings(str(folder / "ghst.json"))
+    settings.load()
+    return settings
+
+
+# What there is before the save, what is saved, and what there is when the power fails before
+# the save counts; None: nothing but an error.
+CASES = [
+    pytest.param({}, OLD, {}, id="first"),
+    pytest.param({"/ghst.json": json.dumps(OLD).encode()}, NEW, OLD, id="change"),
+    pytest.param({"/ghst.json": json.dumps(LARGE).encode()}, LARGE | NEW, LARGE, id="large"),
+    pytest.param({"/ghst.json": BROKEN}, NEW, None, id="broken"),
+    pytest.param(
+        {"/ghst.json": json.dumps(OLD).encode(), "/ghst.json.new": BROKEN},
+        NEW,
+        OLD,
+        id="left over",
+    ),
+    pytest.param(
+        {"/ghst.json": BROKEN, "/ghst.json.new": json.dumps(OLD).encode()}, NEW, OLD, id="twice"
+    ),
+]
+
+
+@pytest.mark.parametrize(("before", "new", "old"), CASES)
+def test_a_power_cut_at_any_write_leaves_the_old_or_the_new(
+    board: Board,
+    log: FlashLog,
+    tmp_path: Path,
+    before: dict[str, bytes],
+    new: dict[str, Any],
+    old: dict[str, Any] | None,
+) -> None:
+    put(board, before)
+    log.restart()
+    others = {p: c for p, c in filesystem.read(log.start).items() if p not in PATHS}
+    assert save(board, new) == "False True None"
+    seen = []
+    for image in log.cuts():
+        found = filesystem.read(image)
+        assert {p: c for p, c in found.items() if p not in PATHS} == others
+        settings = settings_in(tmp_path, files_of(image))
+        values = settings._sections
+        if old is None and settings.error is not None:
+            seen.append("old")
+            assert (values, found["/ghst.json"]) == ({}, BROKEN)
+        else:
+            assert settings.error is None
+            assert values in (old, new)
+            seen.append("new" if values == new else "old")
+        # The next safe moment puts in order what the cut has left.
+        assert not settings.poll(True)
+        assert not (tmp_path / "ghst.json.new").exists()
+        again = Settings(str(tmp_path / "ghst.json"))
+        again.load()
+        assert (again._sections, again.error) == (values, settings.error)
+        if before.get("/ghst.json") == BROKEN:
+            kept = [tmp_path / "ghst.json", tmp_path / "ghst.json.broken"]
+            assert BROKEN in [path.read_bytes() for path in kept if path.exists()]
+    assert len(seen) == 1 + 3 * len(log.writes) > 6
+    # After each whole write: once new, always new.
+    whole = seen[::3]
+    assert whole == sorted(whole, reverse=True)
+    assert (whole[0], whole[-1]) == ("old", "new")
+    final = files_of(board.flash_filesystem())
+    assert json.loads(final.pop("/ghst.json")) == new
+    assert final == ({"/ghst.json.broken": BROKEN} if before.get("/ghst.json") == BROKEN else {})
+
+
+def test_a_cut_file_system_boots_and_goes_on(
+    board: Board, log: FlashLog, micropython_image: Path, tmp_path: Path
+) -> None:
+    put(board, {"/ghst.json": BROKEN})
+    log.restart()
+    assert save(board, NEW) == "False True None"
+    # The worst of them: the broken file has its new name, the new one has not.
+    worst = [image for image in log.cuts() if "/ghst.json" not in files_of(image)]
+    assert set(files_of(worst[0])) == {"/ghst.json.new", "/ghst.json.broken"}
+    cut = Board(micropython_image, worst[0])
+    cut.boot()
+    rest = FlashLog(cut)
+    code = "from firmware.settings import Settings\nsettings = Settings()\nsettings.load()\n"
+    shown = "print(settings.get('vtx', 'power'), settings.error)"
+    assert cut.exec(code + shown) == "3 None\n"
+    assert rest.writes == []
+    assert cut.exec(f"settings.poll(False)\nsettings.poll(True)\n{shown}") == "3 None\n"
+    # And the power fails again while that is put in order.
+    for image in rest.cuts():
+        assert settings_in(tmp_path, files_of(image))._sections == NEW
+    assert set(files_of(cut.flash_filesystem())) == {"/ghst.json", "/ghst.json.broken"}
+
+
+def test_nothing_is_written_while_it_is_not_safe_or_not_asked_for(
+    board: Board, log: FlashLog
+) -> None:
+    put(board, {"/ghst.json": json.dumps(OLD).encode()})
+    log.restart()
+    board.exec(
+        "settings = Settings()\nsettings.load()\nsettings.poll(True)\n"
+        "settings.set('vtx', 'power', 3)\nsettings.poll(True)\n"
+        "settings.request_save()\nsettings.poll(False)\n"
+    )
+    assert log.writes == []
+    # To ask without a change writes nothing either.
+    board.exec("settings = Settings()\nsettings.load()\nsettings.request_save()\n")
+    assert board.exec("print(settings.poll(True))") == "False\n"
+    assert log.writes == []
+
+
+def test_a_full_flash_is_told_and_the_old_file_stays(
+    micropython_image: Path, firmware_files: dict[str, bytes]
+) -> None:
+    files = {path: content for path, content in firmware_files.items() if path != "/main.py"}
+    files["/ghst.json"] = json.dumps(OLD).encode()
+    size = boards.load("rpi_pico").filesystem_size
+    board = Board(micropython_image, fill(files, size))
+    board.boot()
+    board.exec("from firmware.settings import Settings")
+    said = save(board, LARGE)
+    assert said == "False False /ghst.json was not saved: the flash is full"
+    # What was begun is removed when it is safe, and the old file is as it was.
+    printed = board.exec(
+        "import os\n"
+        "print(settings.poll(False), settings.changed)\n"
+        "print('ghst.json.new' in os.listdir())\n"
+        "print(settings.poll(True), settings.saves)\n"
+        "print('ghst.json.new' in os.listdir())"
+    )
+    assert printed.split() == ["False", "True", "True", "False", "0", "False"]
+    assert json.loads(files_of(board.flash_filesystem())["/ghst.json"]) == OLD
+
+
+def fill(files: dict[str, bytes], size: int) -> bytes:
+    """A file system with `files` and no room for more than a block."""
+    fits, most = 0, size // filesystem.BLOCK_SIZE
+    image = b""
+    while most - fits > 1:
+        blocks = (fits + most) // 2
+        try:
+            image = filesystem.build(files | {"/filling": bytes(blocks * 4080)}, size)
+            fits = blocks
+        except GhstError:
+            most = blocks
+    return image
+
+
+def test_saving_takes_no_longer_than_interrupts_may_stand_still(
+    board: Board, log: FlashLog
+) -> None:
+    put(board, {"/ghst.json": json.dumps(OLD).encode()})
+    printed = board.exec(
+        "settings = Settings()\nsettings.load()\nsettings.set('vtx', 'power', 3)\n"
+        "settings.request_save()\nbegun_ms = time.ticks_ms()\nsettings.poll(True)\n"
+        "print(time.ticks_diff(time.ticks_ms(), begun_ms))"
+    )
+    # Without the time that a real chip takes: 45 ms for an erase, 0.7 ms for a page.
+    erases = sum(write.erases for write in log.writes)
+    pages = len(log.writes) - erases
+    assert int(printed) + 45 * erases + 0.7 * pages < 250, (printed, erases, pages)
