@@ -12,7 +12,8 @@ from ghst_tools.frames import kinds
 from ghst_tools.frames.blocks import Block
 from ghst_tools.frames.counters import Counters
 from ghst_tools.frames.finder import DAMAGED, FRAME, GARBAGE, UNFINISHED, Finder, Pieces
-from ghst_tools.frames.timeline import Moments, Timeline
+from ghst_tools.frames.timeline import Timeline, Times
+from ghst_tools.frames.timing import Timing
 
 
 @dataclass
@@ -43,6 +44,16 @@ class Summary:
         self.garbage_bytes += int(np.sum(sizes[garbage]))
         self.unfinished_bytes += int(np.sum(sizes[pieces.verdicts == UNFINISHED]))
 
+    def leftovers(self) -> str:
+        """What was no valid frame, in one line."""
+        text = (
+            f"{_many(self.damaged, 'damaged frame')}, {_many(self.garbage_bytes, 'byte')} of "
+            f"garbage in {_many(self.garbage_pieces, 'piece')}"
+        )
+        if self.unfinished_bytes:
+            text += f", {_many(self.unfinished_bytes, 'byte')} of an unfinished frame"
+        return text
+
     def lines(self, counters: Counters) -> list[str]:
         """What to print at the end; `counters`: what a receiver would have counted."""
         found = [
@@ -53,13 +64,7 @@ class Summary:
             text = f"{count:9d}  {kinds.direction(address):<4}  0x{kind:02x}  {title}"
             text += "" if address in kinds.ENDS else f", to 0x{address:02x}"
             found.append(text + ("" if whole else ", of a wrong length"))
-        rest = (
-            f"{_many(self.damaged, 'damaged frame')}, {_many(self.garbage_bytes, 'byte')} of "
-            f"garbage in {_many(self.garbage_pieces, 'piece')}"
-        )
-        if self.unfinished_bytes:
-            rest += f", {_many(self.unfinished_bytes, 'byte')} of an unfinished frame"
-        found.append(rest)
+        found.append(self.leftovers())
         counts = ", ".join(f"{name} {count}" for name, count in counters.lines() if count)
         found.append(f"a receiver's counters: {counts or 'all 0'}")
         return found
@@ -70,30 +75,36 @@ def _many(count: int, what: str) -> str:
 
 
 class Stream:
-    """Cuts blocks into pieces, with their times if the blocks have any."""
+    """Cuts blocks into pieces, with their times if the blocks have any, and counts them."""
 
     def __init__(self, baud: int) -> None:
         self.finder = Finder()
         self.timeline = Timeline(baud)
         self.summary = Summary()
+        self.timing = Timing()
         self._timed = True
 
-    def feed(self, block: Block) -> tuple[Pieces, Moments | None]:
-        """Take a block; returns what it completes, and when each piece began."""
+    def feed(self, block: Block) -> tuple[Pieces, Times | None]:
+        """Take a block; returns what it completes, and when that was on the wire."""
         if block.reads is None:
             self._timed = self._timed and not block.data
         else:
             self.timeline.add(block.reads)
         return self._with_times(self.finder.feed(block.data))
 
-    def finish(self) -> tuple[Pieces, Moments | None]:
+    def finish(self) -> tuple[Pieces, Times | None]:
         """There is no more: returns what waited for it."""
         return self._with_times(self.finder.finish())
 
-    def _with_times(self, pieces: Pieces) -> tuple[Pieces, Moments | None]:
+    def lines(self) -> list[str]:
+        """What to print at the end."""
+        return self.summary.lines(self.finder.counters) + self.timing.lines()
+
+    def _with_times(self, pieces: Pieces) -> tuple[Pieces, Times | None]:
         self.summary.add(pieces)
         if not self._timed:
             return pieces, None
-        moments = self.timeline.moments(pieces.offset + pieces.starts)
+        times = self.timeline.times(pieces.offset + pieces.starts, pieces.offset + pieces.stops)
+        self.timing.add(pieces, times)
         self.timeline.forget(pieces.offset + len(pieces.data))
-        return pieces, moments
+        return pieces, times

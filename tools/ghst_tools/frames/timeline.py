@@ -26,11 +26,18 @@ class Reads:
 
 
 @dataclass(frozen=True)
-class Moments:
-    """For some bytes when the start bit of each began, and the number of the read it came in."""
+class Times:
+    """When some pieces of the stream were on the wire.
+
+    `begins_s`: the start bit of the first byte of each; `ends_s`: the end of the stop bit of its
+    last byte; `first_reads`, `last_reads`: the numbers of the reads in which those bytes came. Of
+    two pieces the distance is measured only if a new read began between them.
+    """
 
     begins_s: Seconds
-    reads: Integers
+    ends_s: Seconds
+    first_reads: Integers
+    last_reads: Integers
 
 
 class Timeline:
@@ -48,10 +55,10 @@ class Timeline:
         self._length = 0
         self._end_s = -np.inf
 
-    def add(self, reads: Reads) -> None:
-        """Take the reads that follow in the stream."""
+    def add(self, reads: Reads) -> Seconds:
+        """Take the reads that follow in the stream; returns when the first byte of each began."""
         if not len(reads.ends):
-            return
+            return np.zeros(0)
         lengths = np.diff(reads.ends, prepend=0) * self.byte_s
         # A byte takes its time: a read ends no earlier than the one before and its own bytes.
         passed = np.cumsum(lengths)
@@ -60,12 +67,18 @@ class Timeline:
         self._ends_s = np.append(self._ends_s, ends_s)
         self._length += int(reads.ends[-1])
         self._end_s = float(ends_s[-1])
+        return ends_s - lengths
 
-    def moments(self, offsets: Integers) -> Moments:
-        """When the bytes at `offsets` in the stream began; none is behind what was added."""
+    def times(self, starts: Integers, stops: Integers) -> Times:
+        """When the pieces `starts:stops` of the stream were there; none is empty."""
+        begins_s, first_reads = self._begins(starts)
+        last_begins_s, last_reads = self._begins(stops - 1)
+        return Times(begins_s, last_begins_s + self.byte_s, first_reads, last_reads)
+
+    def _begins(self, offsets: Integers) -> tuple[Seconds, Integers]:
         found = np.searchsorted(self._stops, offsets, "right")
         begins_s = self._ends_s[found] - (self._stops[found] - offsets) * self.byte_s
-        return Moments(begins_s, found + self._forgotten)
+        return begins_s, found + self._forgotten
 
     def forget(self, offset: int) -> None:
         """Drop what lies before `offset` in the stream."""
