@@ -11,7 +11,15 @@ import click
 from rich.console import Console
 
 from ghst_tools import boards, micropython_image
-from ghst_tools.bench import control_path, document, host, interrupts, memory, outputs
+from ghst_tools.bench import (
+    control_path,
+    decode,
+    document,
+    host,
+    interrupts,
+    memory,
+    outputs,
+)
 from ghst_tools.bench.figures import FULL, QUICK, Effort, Table
 from ghst_tools.bench.rig import Rig
 from ghst_tools.errors import GhstError
@@ -34,6 +42,7 @@ def measurements(
     yield "RAM", partial(memory.ram, rig, effort)
     yield "files", partial(memory.flash, rig)
     yield "the library on the host", partial(host.speed, effort)
+    yield "decoding recordings on the host", partial(decode.speed, effort)
 
 
 def bench(image: Path, effort: Effort, command_line: str, out: Path) -> None:
