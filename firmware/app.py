@@ -81,7 +81,9 @@ def run(application, hello, fault=None):
     """
     print(hello)
     reporter = Reporter(application, hello)
-    faults = 1 if fault else 0
+    if fault:
+        reporter.count(fault)
+    application.console.add("", reporter.show, "(Enter): the state of everything")
     steps = application.steps
     began_us = time.ticks_us()
     while True:
@@ -90,13 +92,11 @@ def run(application, hello, fault=None):
             try:
                 step(now_ms)
             except Exception as error:
-                faults += 1
-                fault = error
+                reporter.count(error)
         try:
-            reporter.update(faults, fault)
+            reporter.update()
         except Exception as error:
-            faults += 1
-            fault = error
+            reporter.count(error)
         time.sleep_ms(_LOOP_MS)
         now_us = time.ticks_us()
         application.state.cycle_time_us = time.ticks_diff(now_us, began_us)

@@ -4,6 +4,7 @@ import machine
 
 from firmware import devices, vtx
 from firmware.adapter import LINKED
+from firmware.console import Console
 from firmware.settings import Settings
 from firmware.telemetry import Telemetry
 from ghst.msp import Responder
@@ -27,7 +28,8 @@ class Application:
     `board`; `adapter`, `receiver`; `sensors` {name: sensor} and `missing`, lines about those that
     are left out; `state`, the values that MSP answers with; `responder`, to add MSP commands to;
     `settings`; `on_vtx(kind, application)`, called in the main loop (`firmware.vtx`), or None;
-    `rx5808`, the video receiver module of goggles, or None; `steps`, functions of the time in ms
+    `rx5808`, the video receiver module of goggles, or None; `console`, to add commands to
+    (`firmware.console`); `steps`, functions of the time in ms
     that the main loop calls one after the other in every round: none may take more than 5 ms.
     """
 
@@ -36,9 +38,9 @@ class Application:
         self.board = board
         self.adapter = adapter
         self.receiver = adapter.receiver
-        self.sensors, self.missing = devices.sensors(board)
         self.settings = Settings()
         self.settings.load()
+        self.sensors, self.missing = devices.sensors(board, self.settings)
         self.on_vtx = None
         self.rx5808 = self._video_receiver() if board.role == "goggles" else None
         self.state = self._state()
@@ -48,6 +50,19 @@ class Application:
         self.steps = [self._alive]
         self.steps += self.telemetry.steps
         self.steps += [vtx.VtxEvents(self.receiver, self._vtx_event).update, self._poll_settings]
+        self.console = Console()
+        self._add_commands()
+        self.steps.append(self._poll_console)
+
+    def _add_commands(self):
+        if "magnetometer" in self.sensors:
+            from firmware.calibration import HELP, Calibrate
+
+            calibrate = Calibrate(self.sensors["magnetometer"], self.settings)
+            self.console.add("calibrate", calibrate, HELP)
+
+    def _poll_console(self, now_ms):
+        self.console.update()
 
     def _video_receiver(self):
         try:
@@ -115,6 +130,13 @@ class Application:
             lines.append(
                 f"VTX set-up: {receiver.vtx_freq_mhz} MHz, {receiver.vtx_power_mw} mW, band and "
                 f"channel 0x{receiver.vtx_band_channel:02x}, flags 0x{receiver.vtx_flags:02x}"
+            )
+        state = self.state
+        if state.vtx_band or state.vtx_freq_mhz:
+            lines.append(
+                f"VTX by MSP: band {state.vtx_band}, channel {state.vtx_channel}, "
+                f"{state.vtx_freq_mhz} MHz, power step {state.vtx_power}, "
+                f"pit mode {'on' if state.vtx_pit_mode else 'off'}"
             )
         if receiver.vtx_controls:
             lines.append("VTX control: " + receiver.vtx_control.hex())

@@ -6,11 +6,11 @@ _UART_BUFFER = 512
 """Bytes for a GPS: 44 ms at 115200 baud."""
 
 
-def sensors(board):
+def sensors(board, settings):
     """Returns ({name: sensor}, [line about each one that is left out]).
 
-    `board`: a `firmware.board.Board`. Left out is what has impossible options, too: no sensor
-    keeps the servos from moving.
+    `board`: a `firmware.board.Board`; `settings`: `Settings` with what was calibrated. Left out
+    is what has impossible options, too: no sensor keeps the servos from moving.
     """
     made = {}
     missing = []
@@ -23,8 +23,12 @@ def sensors(board):
     ):
         if name not in board.sensors:
             continue
+        options = dict(board.sensors[name])
+        offset_nt = settings.get(name, "offset_nt")
+        if offset_nt is not None:
+            options["offset_nt"] = offset_nt
         try:
-            sensor = make(board, dict(board.sensors[name]), buses)
+            sensor = make(board, options, buses)
         except ImportError as error:
             missing.append(f"{name}: its file is not on this board: {error}")
         except (ValueError, TypeError) as error:
