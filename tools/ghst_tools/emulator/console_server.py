@@ -131,7 +131,8 @@ def command(name: str, tcp_port: int, image: Path | None, empty: bool) -> None:
     if image is None and not empty:
         image = filesystem.write(name)
     server = ConsoleServer(Board(micropython, image), tcp_port)
-    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
+    # Not the handler of SIGINT: in a background job of a shell that one is ignored.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     click.echo(f"{name} is at {server.address}: mpremote connect {server.address}")
     with contextlib.suppress(KeyboardInterrupt):
         server.serve()
