@@ -9,7 +9,6 @@ import micropython
 from firmware import board, chip
 from firmware.adapter import Adapter
 from firmware.chip import this_chip
-from firmware.report import Reporter
 from ghst import __version__
 
 _OLDEST_MICROPYTHON = (1, 25)
@@ -35,8 +34,8 @@ def _prepare(path):
     )
 
 
-def _hello(application):
-    here = application.board
+def _hello(here):
+    """Returns what is said as soon as servos can move: `here` is the board."""
     servos = " ".join(f"GP{pin}={here.servos[pin]}" for pin in sorted(here.servos))
     version = ".".join(str(part) for part in sys.implementation.version[:3])
     text = f"micropython-ghst {__version__} on {here.name}, MicroPython {version}\n"
@@ -45,15 +44,21 @@ def _hello(application):
         text += "goggles"
     else:
         text += f"servos {servos}, failsafe after {here.failsafe_ms} ms"
-    if application.sensors:
-        text += "\nsensors: " + ", ".join(sorted(application.sensors))
-    for line in application.missing:
-        text += f"\nsensor left out: {line}"
-    if application.settings.error:
-        text += f"\nsettings: {application.settings.error}"
     # reset_cause() cannot tell a time-out from machine.reset(), which uses the watchdog too.
     if machine.mem32[this_chip().WATCHDOG + chip.WATCHDOG_REASON] & 1:
         text += "\nrestarted by the watchdog"
+    return text
+
+
+def _found(application):
+    """Returns lines about sensors and settings, each with its line feed."""
+    text = ""
+    if application.sensors:
+        text += "sensors: " + ", ".join(sorted(application.sensors)) + "\n"
+    for line in application.missing:
+        text += f"sensor left out: {line}\n"
+    if application.settings.error:
+        text += f"settings: {application.settings.error}\n"
     return text
 
 
@@ -79,7 +84,8 @@ def run(application, hello, fault=None):
     `hello` is what a press of Enter shows before the state of the link; `fault`: an exception
     from before.
     """
-    print(hello)
+    from firmware.report import Reporter
+
     reporter = Reporter(application, hello)
     if fault:
         reporter.count(fault)
@@ -115,6 +121,8 @@ def main(path="/board.json"):
         return
     try:
         adapter.start()
+        hello = _hello(here)
+        print(hello)
         # The servos follow already: loading the rest takes most of a second.
         try:
             from firmware.application import Application
@@ -127,7 +135,9 @@ def main(path="/board.json"):
                 adapter.poll()
                 time.sleep_ms(_LOOP_MS)
         fault = _add_user(application)
-        run(application, _hello(application), fault)
+        found = _found(application)
+        print(found, end="")
+        run(application, hello + "\n" + found, fault)
     except KeyboardInterrupt:
         pass
     finally:

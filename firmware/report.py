@@ -51,7 +51,7 @@ class Reporter:
         """Prints all of the state; what the empty line asks for."""
         if not ready(self._output):
             return
-        print(self._hello)
+        print(self._hello, end="")
         for line in self._application.describe():
             print(line)
         self._print_link()

@@ -41,9 +41,9 @@ def test_a_dead_control_path_is_reset_and_comes_back(pico: Pico, address: int, v
     reset = wait_for_reset(pico, 1.5e9)
     assert 0.9e9 < reset - broken < 1.1e9
     # The receiver went on sending: the first pulses come when the firmware runs again.
-    pico.board.run_for(300e6)
+    pico.board.run_for(600e6)
     first = min(pico.meter.since(reset, pin)[0].rise_ns for pin in SERVOS)
-    assert 100e6 < first - reset < 300e6
+    assert 100e6 < first - reset < 600e6
     receiver.stop()
 
 
@@ -80,7 +80,7 @@ def test_after_a_reset_the_pins_are_quiet_until_the_link_is_back(pico: Pico) -> 
     receiver.stop()
     pico.board.write32(PIO0_CTRL, 0)
     reset = wait_for_reset(pico, 1.5e9)
-    pico.board.run_for(500e6)
+    pico.board.run_for(700e6)
     assert pico.no_pulses_since(reset)
     assert "restarted by the watchdog\nlink: searching" in pico.reply_to_enter()
     pico.fly(lambda index, t: CENTRE, 250)
@@ -155,6 +155,9 @@ def test_a_second_ctrl_c_does_not_stop_it_half_way(pico: Pico) -> None:
 def test_no_byte_on_the_console_holds_the_main_loop_up(pico: Pico) -> None:
     pico.board.console.write(b"\xc3\xff\xe2\x82")
     pico.board.run_for(2.5e9)
+    pico.board.console.write(b"\r")
+    pico.board.run_for(50e6)
+    assert b"no command '????'" in pico.board.console.output
     assert "stood still 0 times" in pico.reply_to_enter()
 
 
@@ -166,7 +169,7 @@ def test_a_soft_reset_starts_the_firmware_anew(pico: Pico) -> None:
     pico.board.run_for(100e6)
     pico.board.console.write(b"\x04")
     restarted = pico.board.now_ns
-    pico.board.run_for(400e6)
+    pico.board.run_for(700e6)
     assert len(pico.meter.since(restarted, 6)) > 5
     assert "link: linked" in pico.reply_to_enter()
     pico.board.run_for(1.2e9)
