@@ -112,6 +112,8 @@ def _functions(where: str, gpio: int, listed: list[str], chip: Chip) -> None:
     able = chip.functions(gpio) if reached else frozenset()
     if reached == {"output"}:
         able = frozenset(name for name in able if name.startswith(("pwm", "ledc")))
+    elif reached == {"input"}:
+        able = frozenset(name for name in able if name.startswith("adc") or name.endswith("rx"))
     given = [name for name in listed if name not in KINDS]
     if set(given) != able or len(set(listed)) != len(listed):
         raise GhstError(f"{where}: must have {', '.join([*kinds, *sorted(able)])}")
