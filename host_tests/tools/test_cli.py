@@ -50,3 +50,11 @@ def test_an_unknown_command_names_the_known_ones() -> None:
     done = run("fly")
     assert done.returncode == 2
     assert "no command 'fly': there are micropython, image, flash" in done.stderr
+
+
+def test_a_board_that_cannot_be_emulated_is_one_line() -> None:
+    done = run("emulate", "--board", "esp32_devkit")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == (
+        "ghst: esp32_devkit cannot be emulated: only boards that run RPI_PICO\n"
+    )
