@@ -18,9 +18,8 @@ board = boards.load(options.board, root)
 # networking) is used by nothing here, and can be put on the file system.
 freeze("$(PORT_DIR)/modules")
 
-for module in device_files.library_modules(root):
-    freeze(str(root / "lib"), module.relative_to("lib").as_posix())
-for module in device_files.firmware_modules(root):
-    freeze(str(root), module.as_posix())
-freeze(str(device_files.write_frozen_board_module(board, root)), device_files.FROZEN_BOARD)
-freeze(".", "main.py")
+# What a board gets otherwise as files, its /board.json, and the main.py beside this file.
+freeze(
+    str(device_files.write_frozen_modules(board, root)),
+    tuple(device_files.frozen_modules(board, root)),
+)

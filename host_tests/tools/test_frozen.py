@@ -44,8 +44,8 @@ print(json.dumps(frozen))
 """
 
 
-def frozen(root: Path, name: str) -> list[tuple[str, str | None]]:
-    """What the manifest of a board freezes: folder and file.
+def frozen(root: Path, name: str) -> list[tuple[str, list[str] | None]]:
+    """What the manifest of a board freezes: folder, and files or None.
 
     Without the packages of PyPI: MicroPython's own make runs it with any Python.
     """
@@ -66,36 +66,52 @@ def root(tmp_path: Path) -> Path:
     return root
 
 
+MODULES = [
+    "firmware/__init__.py",
+    "firmware/sub/__init__.py",
+    "firmware/sub/app.py",
+    "ghst/__init__.py",
+    "ghst/answer.py",
+    "ghst_board.py",
+    "main.py",
+]
+
+
 @pytest.mark.parametrize("name", ALL)
 def test_what_is_frozen(root: Path, name: str) -> None:
     build = root / "build" / name / "frozen"
-    assert frozen(root, name) == [
-        ("$(PORT_DIR)/modules", None),
-        (str(root / "lib"), "ghst/__init__.py"),
-        (str(root / "lib"), "ghst/answer.py"),
-        (str(root), "firmware/__init__.py"),
-        (str(root), "firmware/sub/__init__.py"),
-        (str(root), "firmware/sub/app.py"),
-        (str(build), "ghst_board.py"),
-        (str(root / "boards/frozen"), "main.py"),
-    ]
+    assert frozen(root, name) == [("$(PORT_DIR)/modules", None), (str(build), MODULES)]
+    assert (build / "ghst/answer.py").read_text() == "ANSWER = 42\n"
+    assert (build / "main.py").read_bytes() == (ROOT / "boards/frozen/main.py").read_bytes()
     values: dict[str, bytes] = {}
     exec((build / "ghst_board.py").read_text(), values)
     assert values["DEFINITION"] == boards.load(name, root).definition
     assert json.loads(values["DEFINITION"])["name"] == name
 
 
-def test_the_module_with_the_board_is_written_only_if_it_differs(root: Path) -> None:
+def test_only_what_differs_is_written(root: Path) -> None:
     board = boards.load("rpi_pico", root)
-    folder = device_files.write_frozen_board_module(board, root)
-    path = folder / device_files.FROZEN_BOARD
-    first = path.stat()
-    assert device_files.write_frozen_board_module(board, root) == folder
-    assert (path.stat().st_ino, path.stat().st_mtime_ns) == (first.st_ino, first.st_mtime_ns)
-    path.write_text("DEFINITION = b''\n")
-    device_files.write_frozen_board_module(board, root)
-    assert path.read_bytes() == device_files.frozen_board_module(board)
-    assert list(folder.iterdir()) == [path]
+    folder = device_files.write_frozen_modules(board, root)
+
+    def state() -> dict[str, tuple[int, int]]:
+        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        return {
+            path.relative_to(folder).as_posix(): (path.stat().st_ino, path.stat().st_mtime_ns)
+            for path in files
+        }
+
+    first = state()
+    assert list(first) == sorted(MODULES)
+    assert device_files.write_frozen_modules(board, root) == folder
+    assert state() == first
+    (root / "lib/ghst/answer.py").write_text("ANSWER = 43\n")
+    (folder / "firmware/old.py").touch()
+    (folder / "ghst_board.py").write_text("DEFINITION = b''\n")
+    device_files.write_frozen_modules(board, root)
+    second = state()
+    assert list(second) == list(first)
+    changed = [name for name in first if second[name] != first[name]]
+    assert changed == ["ghst/answer.py", "ghst_board.py"]
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -14,6 +14,7 @@ HOST_ONLY = "# host only"
 LIBRARY = "lib/ghst"
 FIRMWARE = "firmware"
 MAIN = "firmware/main.py"
+FROZEN_MAIN = "boards/frozen/main.py"
 FROZEN_BOARD = "ghst_board.py"
 """The module of a frozen image that holds what is in /board.json otherwise."""
 
@@ -87,17 +88,36 @@ def frozen_board_module(board: Board) -> bytes:
     return (text + f"DEFINITION = {board.definition!r}\n").encode()
 
 
-def write_frozen_board_module(board: Board, root: Path | None = None) -> Path:
-    """Write `ghst_board.py` into `build/<board>/frozen`; returns that folder.
+def frozen_modules(board: Board, root: Path | None = None) -> dict[str, bytes]:
+    """The sources that a frozen image of a board holds: name such as `ghst/decoder.py` -> text."""
+    root = root or checkout()
+    modules = {
+        FROZEN_BOARD: frozen_board_module(board),
+        "main.py": (root / FROZEN_MAIN).read_bytes(),
+    }
+    for module in library_modules(root):
+        modules[module.relative_to("lib").as_posix()] = (root / module).read_bytes()
+    for module in firmware_modules(root):
+        modules[module.as_posix()] = (root / module).read_bytes()
+    return dict(sorted(modules.items()))
 
-    A file that is right already is left alone, so that nothing is compiled anew.
+
+def write_frozen_modules(board: Board, root: Path | None = None) -> Path:
+    """Write `frozen_modules` into `build/<board>/frozen`; returns that folder.
+
+    A file that is right already is left alone, so that it is not compiled anew; others go.
     """
-    folder = (root or checkout()) / "build" / board.name / "frozen"
-    path = folder / FROZEN_BOARD
-    content = frozen_board_module(board)
-    if not path.is_file() or path.read_bytes() != content:
-        folder.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_suffix(".new")
-        temporary.write_bytes(content)
-        temporary.replace(path)
+    root = root or checkout()
+    folder = root / "build" / board.name / "frozen"
+    modules = frozen_modules(board, root)
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and path.relative_to(folder).as_posix() not in modules:
+            path.unlink()
+    for name, content in modules.items():
+        path = folder / name
+        if not path.is_file() or path.read_bytes() != content:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            temporary = path.with_suffix(".new")
+            temporary.write_bytes(content)
+            temporary.replace(path)
     return folder
