@@ -56,7 +56,7 @@ class Output:
             raise ValueError(f"shortened is {shortened}, must be 1, 2 or 8")
         if not MINIMUM <= limits[0] <= limits[1] <= MAXIMUM or not low < centre < high:
             raise ValueError(f"pulses {low}, {centre}, {high} in {limits} are no travel")
-        if not 0 <= deadband <= _TRAVEL // 2 or not 0 <= slow_us_per_s <= 20_000:
+        if not 0 <= deadband <= _TRAVEL // 2 or not 0 <= slow_us_per_s <= 80_000:
             raise ValueError(f"deadband {deadband} or speed {slow_us_per_s} cannot be")
         self.channel = channel
         self.failsafe = failsafe

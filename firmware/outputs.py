@@ -57,6 +57,11 @@ class ServoOutputs:
         """Returns the function that the frame interrupt decodes with: `scan`, or more than it."""
         return self.shapes.decoder(scan) if self.shapes else scan
 
+    @property
+    def armed(self):
+        """Whether motors run, where something arms them; else always."""
+        return self.shapes is None or not self.shapes.arming or self.shapes.armed
+
     def _shapes(self, receiver, arming, link_limits):
         count = len([output for output in self._outputs.values() if not output.plain])
         if not count and link_limits is None:

@@ -126,6 +126,11 @@ class Shapes:
         return _decoder(uctypes.addressof(words), scan)
 
     @property
+    def arming(self):
+        """Whether there is a channel that arms."""
+        return self._words[_ARM_CHANNEL] != 0
+
+    @property
     def armed(self):
         """Whether the motors run."""
         return self._words[_ARM_STATE] == _ARMED
