@@ -68,6 +68,7 @@ class Control:
         words[word.LINE_QUIET] = address(receiver.memory) + 4 * LINE_QUIET
         words[word.PULSES] = address(receiver.pulses)
         words[word.BROKEN] = broken
+        words[word.LOST] = outputs.lost_address
         words[word.TABLE] = address(outputs.table)
         words[word.TABLE_BYTES] = 4 * len(outputs.table)
         words[word.FAILSAFE_PULSES] = address(outputs.failsafe_pulses)

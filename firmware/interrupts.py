@@ -76,8 +76,9 @@ LED_ON = const(43)
 LED_OFF = const(44)
 LED_MASK = const(45)
 BROKEN = const(46)  # the configuration is: for the LED
-CHECKS_END = const(47)
-CHECKS = const(48)  # address and bits of each thing that must stay switched on
+LOST = const(47)  # address of a word that is set when the link ends
+CHECKS_END = const(48)
+CHECKS = const(49)  # address and bits of each thing that must stay switched on
 
 SENT_FLAG = const(16)
 
@@ -238,6 +239,7 @@ def tick_handler(context):
                     channels[index] = 0
                     index += 1
                 ptr32(c[RF_PROTOCOL])[0] = 0
+                ptr32(c[LOST])[0] = 1
                 c[LINK] = FAILSAFE
                 c[FAILSAFES] = c[FAILSAFES] + 1
                 c[DRIVE] = 1

@@ -46,12 +46,18 @@ class ServoOutputs:
         self.table = array("i", [0] * (SLICE_WORDS * len(self._slices)))
         self.failsafe_pulses = array("H", [0] * len(self._pins))
         self.failsafe_rules = array("i", [0] * (2 * len(self._pins)))
+        self._unused = array("i", [0])
         self.shapes = self._shapes(receiver, arming, link_limits)
         self._claim(receiver)
         self.enabled = tuple(
             (self._register(number, chip.PWM_CONTROL), 1) for number in self._slices
         )
         self._prepare()
+
+    @property
+    def lost_address(self):
+        """Address of the word that the tick sets when the link ends."""
+        return self.shapes.lost_address if self.shapes else uctypes.addressof(self._unused)
 
     def decoder(self, scan):
         """Returns the function that the frame interrupt decodes with: `scan`, or more than it."""

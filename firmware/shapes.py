@@ -27,7 +27,8 @@ _MINIMUM_LQ = const(8)
 _MAXIMUM_RSSI = const(9)
 _WEAK_FRAMES = const(10)
 _END = const(11)
-_SHAPES = const(12)
+_LOST = const(12)  # 1: the tick has ended the link; 2: it is not back yet
+_SHAPES = const(13)
 
 _DISARMED = const(0)
 _READY = const(1)  # the arm channel is low, and so is the throttle
@@ -126,6 +127,11 @@ class Shapes:
         return _decoder(uctypes.addressof(words), scan)
 
     @property
+    def lost_address(self):
+        """Address of the word that the tick sets when it ends the link."""
+        return uctypes.addressof(self._words) + 4 * _LOST
+
+    @property
     def arming(self):
         """Whether there is a channel that arms."""
         return self._words[_ARM_CHANNEL] != 0
@@ -154,12 +160,25 @@ def _decoder(context, scan):
         if link[0] | link[1] and (link[0] < c[_MINIMUM_LQ] or link[1] > c[_MAXIMUM_RSSI]):
             c[_WEAK_FRAMES] = (c[_WEAK_FRAMES] + controls) & _COUNTER_MASK
             controls = 0
+        if c[_LOST] == 1:
+            # The way back begins at what failsafe gives, and nothing is armed.
+            c[_LOST] = 2
+            c[_ARM_STATE] = _DISARMED
+            at = int(context) + 4 * _SHAPES
+            while at < c[_END]:
+                s = ptr32(at)
+                at += 4 * _WORDS
+                if s[_KIND] != _SWITCH:
+                    s[_LAST] = ptr16(s[_FAILSAFE])[0] << 8
         if controls:
             now = ptr32(c[_CLOCK])[0]
             elapsed = int(uint(now - c[_STAMP]) >> 4)
             c[_STAMP] = now
             if elapsed > _LONGEST:
                 elapsed = _LONGEST
+            if c[_LOST]:
+                c[_LOST] = 0
+                elapsed = 0
             armed = _DISARMED
             if c[_ARM_CHANNEL]:
                 armed = c[_ARM_STATE]
@@ -182,9 +201,7 @@ def _decoder(context, scan):
                 at += 4 * _WORDS
                 pulse = ptr16(s[_SOURCE])[0]
                 if pulse == 0:
-                    # Not received, or not again since failsafe: from there it comes back.
-                    if s[_KIND] != _SWITCH:
-                        s[_LAST] = ptr16(s[_FAILSAFE])[0] << 8
+                    pass  # not received, or not again since failsafe
                 elif s[_KIND] == _SWITCH:
                     if pulse > s[_DEADBAND]:
                         s[_LAST] = 1

@@ -35,19 +35,17 @@ class Configuration:
 def load():
     """Returns the `Configuration` of this board; raises `BoardError` with one clear line."""
     board = _board()
+    problems = []
+    tree = {}
     try:
         with open(FILE) as file:
-            text = file.read(LARGEST)
+            tree = parse(file.read(LARGEST))
     except OSError:
-        # No file: all is as the board has it.
-        return Configuration(board, {})
-    try:
-        return Configuration(board, parse(text))
-    except BoardError:
-        raise
+        pass  # no file: all is as the board has it
     except Exception:
         # Whatever it is that a broken file does to the parser.
-        return Configuration(board, {}, [f"{FILE} is broken: no valid JSON"])
+        problems.append(f"{FILE} is broken: no valid JSON")
+    return Configuration(board, tree, problems)
 
 
 def _board():
