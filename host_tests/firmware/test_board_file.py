@@ -13,7 +13,7 @@ from rig import SERVOS, Pico
 
 from ghst_tools import boards, micropython_image
 
-GOOD = json.loads((boards.checkout() / "boards/rpi_pico/board.json").read_text())
+GOOD = json.loads(boards.load("rpi_pico").definition)
 READ = """
 import sys
 from firmware import board

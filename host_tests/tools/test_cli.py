@@ -5,7 +5,7 @@ import sys
 
 from click.testing import CliRunner
 
-from ghst_tools import cli
+from ghst_tools import boards, cli
 
 HEAVY = ("numpy", "matplotlib", "rp2040py", "littlefs", "mpremote", "serial", "rich")
 
@@ -42,10 +42,19 @@ def test_a_users_mistake_is_one_line_and_status_1() -> None:
     done = run("image", "--board", "no_such_board")
     assert done.returncode == 1
     assert done.stdout == ""
-    assert done.stderr == "ghst: unknown board 'no_such_board': known are rpi_pico\n"
+    known = ", ".join(boards.names())
+    assert done.stderr == f"ghst: unknown board 'no_such_board': known are {known}\n"
 
 
 def test_an_unknown_command_names_the_known_ones() -> None:
     done = run("fly")
     assert done.returncode == 2
     assert "no command 'fly': there are micropython, image, flash" in done.stderr
+
+
+def test_a_board_that_cannot_be_emulated_is_one_line() -> None:
+    done = run("emulate", "--board", "esp32_devkit")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == (
+        "ghst: esp32_devkit cannot be emulated: only boards that run RPI_PICO\n"
+    )

@@ -18,7 +18,7 @@ def test_a_board_gets_modules_compiled_and_main_as_it_is(tmp_path: Path) -> None
     files = collect(root)
     assert list(files) == small_checkout.BOARD_FILES
     assert files["/main.py"] == (root / "firmware/main.py").read_bytes()
-    assert files["/board.json"] == (root / "boards/rpi_pico/board.json").read_bytes()
+    assert files["/board.json"] == boards.load("rpi_pico", root).definition
 
 
 def test_the_same_sources_give_the_same_bytes_anywhere(tmp_path: Path) -> None:

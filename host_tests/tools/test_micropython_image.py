@@ -277,3 +277,17 @@ def test_the_mirror_is_the_machines_own(
     else:
         with pytest.raises(GhstError, match="name no Debian archive"):
             build.mirror()
+
+
+def test_an_esp32_is_flashed_by_other_means(cache: Path) -> None:
+    with pytest.raises(GhstError, match=r"^esp32_devkit: get ESP32_GENERIC from micropython\.org"):
+        micropython_image.find(board="esp32_devkit")
+
+
+def test_an_image_that_cannot_be_got_is_asked_for(cache: Path) -> None:
+    said: list[str] = []
+    with pytest.raises(
+        GhstError, match=r"^no MicroPython image for rpi_pico2: download RPI_PICO2"
+    ):
+        micropython_image.find(board="rpi_pico2", report=said.append)
+    assert said == ["download: the address of RPI_PICO2 is not known"]

