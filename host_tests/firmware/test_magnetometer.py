@@ -8,9 +8,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from forked import forked
 from i2c_rig import LONGEST_UPDATE_US, Flight, grounded
 
+from forked import forked
 from ghst_tools.emulator.i2c_magnetometers import Hmc5883l, Lis3mdl, Magnetometer, Qmc5883l
 
 
