@@ -151,13 +151,24 @@ def _rule(key, rule):
     raise BoardError(f'failsafe.{key} is {rule!r}, must be "hold", "none" or 800..2200 us')
 
 
+def _frozen(path):
+    try:
+        from ghst_board import DEFINITION
+    except ImportError:
+        raise BoardError(f"{path} is missing: flash the board again") from None
+    return json.loads(DEFINITION)
+
+
 def load(path):
-    """Returns the `Board` in the file `path`; raises `BoardError` with one clear line."""
+    """Returns the `Board` in the file `path`; raises `BoardError` with one clear line.
+
+    Without that file it is the one that is frozen into the image, where there is one.
+    """
     try:
         with open(path) as file:
             values = json.load(file)
     except OSError:
-        raise BoardError(f"{path} is missing: flash the board again") from None
+        values = _frozen(path)
     except ValueError:
         raise BoardError(f"{path} is not valid JSON: flash the board again") from None
     try:
