@@ -11,7 +11,14 @@ from pathlib import Path
 import pytest
 import small_checkout
 
-from ghst_tools import debian_packages, frozen, micropython_image, micropython_sources, toolchain
+from ghst_tools import (
+    debian_packages,
+    frozen,
+    micropython_build,
+    micropython_image,
+    micropython_sources,
+    toolchain,
+)
 from ghst_tools.build_steps import Steps
 from ghst_tools.errors import GhstError
 
@@ -151,6 +158,18 @@ def test_without_apt_there_are_no_packages(
     with pytest.raises(GhstError, match=r"^this system has no apt-get$"):
         frozen.build()
     assert [path.name for path in cache.iterdir()] == ["lock"]
+
+
+def test_native_code_that_would_be_misread_is_found() -> None:
+    symbols = (
+        "10048464 R mp_type_fun_bc\n"
+        "10060101 r fun_data_bytecode\n"
+        "         U absent\n"
+        "{address} t fun_data_firmware_interrupts\n"
+    )
+    micropython_build._check_native_code(symbols.format(address="10061234"))
+    with pytest.raises(GhstError, match=r"^fun_data_firmware_interrupts is not on a multiple of"):
+        micropython_build._check_native_code(symbols.format(address="10061236"))
 
 
 def test_errors_are_one_line_on_the_console(tmp_path: Path) -> None:

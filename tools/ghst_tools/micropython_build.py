@@ -36,6 +36,8 @@ def rp2(
         folder=sources.folder,
     )
     steps.run("ninja", "-C", output, folder=sources.folder)
+    if chip == "rp2040":
+        _check_native_code(steps.run("arm-none-eabi-nm", "firmware.elf", folder=output, keep=True))
     image = output / "ghst.uf2"
     steps.run(
         sys.executable,
@@ -62,6 +64,20 @@ def esp32(sources: Sources, definition: Path, name: str, output: Path, steps: St
         folder=sources.folder,
     )
     return output / "firmware.bin"
+
+
+def _check_native_code(symbols: str) -> None:
+    """`GhstError` if native code of frozen modules stands where a Cortex-M0+ misreads it.
+
+    `symbols`: what nm says. See boards/frozen/native_code.h.
+    """
+    for line in symbols.splitlines():
+        *address, kind, name = line.split()
+        if kind.lower() == "t" and name.startswith("fun_data_") and int(address[0], 16) % 4:
+            raise GhstError(
+                f"{name} is not on a multiple of 4: boards/frozen/native_code.h does not reach it "
+                "in this MicroPython"
+            )
 
 
 def need_submodules(sources: Sources, port: str, *places: str) -> None:
