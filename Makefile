@@ -2,6 +2,7 @@
 
 BOARD ?= rpi_pico
 PORT ?=
+MICROPYTHON ?=
 JOBS ?= 2
 PYTEST_ARGS ?=
 
@@ -10,7 +11,7 @@ PYTHON_IN_VENV := .venv/bin/python
 GHST := .venv/bin/ghst
 
 .DEFAULT_GOAL := help
-.PHONY: help demo bench test lint micropython image flash .venv clean
+.PHONY: help demo bench test lint micropython image firmware flash .venv clean
 
 help: ## This list
 	@sed -n 's/^\([a-z][a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -21,7 +22,7 @@ demo: $(VENV) ## Watch an emulated board follow a simulated Ghost receiver
 bench: $(VENV) ## Measure the firmware on the emulated chip, write docs/figures.md
 	@$(GHST) bench
 
-test: $(VENV) micropython image ## Run every test: CPython, the unix port, the emulated board
+test: $(VENV) micropython image firmware ## Run every test: CPython, the unix port, the emulated board
 	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS) host_tests
 
 lint: $(VENV) ## Check style and types
@@ -34,6 +35,9 @@ micropython: $(VENV) ## Get a MicroPython image, if there is none yet
 
 image: $(VENV) ## Write build/BOARD/filesystem.img [BOARD=rpi_pico]
 	@$(GHST) image --board $(BOARD)
+
+firmware: $(VENV) ## Build an image with the firmware in it [BOARD=rpi_pico] [MICROPYTHON=sources]
+	@$(GHST) firmware --board $(BOARD) $(if $(MICROPYTHON),--micropython $(MICROPYTHON))
 
 flash: $(VENV) ## Put the firmware on a board [BOARD=rpi_pico] [PORT=/dev/ttyACM0]
 	@$(GHST) flash --board $(BOARD) $(if $(PORT),--port $(PORT))

@@ -49,7 +49,7 @@ def test_a_users_mistake_is_one_line_and_status_1() -> None:
 def test_an_unknown_command_names_the_known_ones() -> None:
     done = run("fly")
     assert done.returncode == 2
-    assert "no command 'fly': there are micropython, image, flash" in done.stderr
+    assert "no command 'fly': there are micropython, image, firmware, flash" in done.stderr
 
 
 def test_a_board_that_cannot_be_emulated_is_one_line() -> None:

@@ -38,6 +38,17 @@ def test_native_code_is_for_the_boards_architecture(tmp_path: Path) -> None:
     assert header == bytes([ord("M"), 6, 7 << 2 | 3, 31])
 
 
+def test_constants_are_folded_across_modules(tmp_path: Path) -> None:
+    root = small_checkout.make(tmp_path)
+    (root / "lib/ghst/answer.py").write_text("ANSWER = const(42)\nQUESTION = 6 * 9\n")
+    (root / "firmware/sub/app.py").write_text("from ghst.answer import ANSWER\nprint(ANSWER)\n")
+    files = collect(root)
+    assert b"ANSWER" not in b"".join(files.values())
+    assert b"QUESTION" in files["/lib/ghst/answer.mpy"]
+    frozen = device_files.frozen_modules(boards.load("rpi_pico", root), root)
+    assert frozen["firmware/sub/app.py"] == b"pass\nprint(42)\n"
+
+
 def test_tracebacks_name_the_module(tmp_path: Path) -> None:
     files = collect(small_checkout.make(tmp_path))
     assert b"ghst/answer.py" in files["/lib/ghst/answer.mpy"]

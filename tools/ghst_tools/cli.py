@@ -13,6 +13,7 @@ from ghst_tools.errors import GhstError
 COMMANDS = {
     "micropython": ("ghst_tools.micropython_image", "Print the MicroPython image, getting it."),
     "image": ("ghst_tools.filesystem", "Write a board's file-system image."),
+    "firmware": ("ghst_tools.frozen", "Build MicroPython with the firmware in it."),
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
     "config": ("ghst_tools.configuration.command", "Check and show a board's configuration."),
     "emulate": ("ghst_tools.emulator.console_server", "Run the emulated board on a TCP port."),

@@ -5,6 +5,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from ghst_tools import fold
 from ghst_tools.boards import Board, checkout
 from ghst_tools.errors import GhstError
 
@@ -39,9 +40,36 @@ def firmware_modules(root: Path | None = None) -> list[Path]:
     return [path for path in paths if path.as_posix() != MAIN]
 
 
-def compile_module(source: Path, name: str, arch: str) -> bytes:
+def sources(root: Path | None = None) -> dict[str, Path]:
+    """The modules of a board: name such as `ghst/decoder.py` -> where its source is."""
+    root = root or checkout()
+    found = {path.relative_to("lib").as_posix(): root / path for path in library_modules(root)}
+    return found | {path.as_posix(): root / path for path in firmware_modules(root)}
+
+
+def folded(modules: dict[str, Path]) -> dict[str, str]:
+    """The sources of `modules` with their constants folded into one another (`fold`)."""
+    texts = {_dotted(name): path.read_text(encoding="utf-8") for name, path in modules.items()}
+    results = fold.fold(texts)
+    return {name: results[_dotted(name)] for name in modules}
+
+
+def _dotted(name: str) -> str:
+    return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+
+
+def compile_modules(modules: dict[str, Path], arch: str) -> dict[str, bytes]:
+    """Compile the modules of a board to `.mpy` files for `arch`: path on the board -> content."""
+    return {
+        f"/lib/{name.removesuffix('.py')}.mpy": compile_module(modules[name], name, arch, text)
+        for name, text in folded(modules).items()
+    }
+
+
+def compile_module(source: Path, name: str, arch: str, text: str | None = None) -> bytes:
     """Compile one module to `.mpy`; `name` is what tracebacks on the board call the file.
 
+    `text`: what it is to be compiled from, if not what is in `source`, which errors name.
     Optimisation stays at level 0, the interpreter's own: assertions hold on the board as they do
     on the host, and tracebacks keep their line numbers.
     """
@@ -49,9 +77,10 @@ def compile_module(source: Path, name: str, arch: str) -> bytes:
     from ghst_tools.micropython_image import mpy_cross
 
     with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "module.mpy"
+        module, output = Path(folder) / "module.py", Path(folder) / "module.mpy"
+        module.write_bytes(source.read_bytes() if text is None else text.encode())
         done = subprocess.run(
-            [mpy_cross(), f"-march={arch}", "-s", name, "-o", output, "--", source],
+            [mpy_cross(), f"-march={arch}", "-s", name, "-o", output, "--", module],
             capture_output=True,
             text=True,
         )
@@ -70,15 +99,7 @@ def collect(board: Board, root: Path | None = None) -> dict[str, bytes]:
     if not main.is_file():
         raise GhstError(f"{main} is missing: a board would start nothing")
     files = {"/main.py": main.read_bytes(), "/board.json": board.definition}
-    for module in library_modules(root):
-        name = module.relative_to("lib")
-        files[f"/lib/{name.with_suffix('.mpy').as_posix()}"] = compile_module(
-            root / module, name.as_posix(), board.mpy_arch
-        )
-    for module in firmware_modules(root):
-        files[f"/lib/{module.with_suffix('.mpy').as_posix()}"] = compile_module(
-            root / module, module.as_posix(), board.mpy_arch
-        )
+    files |= compile_modules(sources(root), board.mpy_arch)
     return dict(sorted(files.items()))
 
 
@@ -95,10 +116,7 @@ def frozen_modules(board: Board, root: Path | None = None) -> dict[str, bytes]:
         FROZEN_BOARD: frozen_board_module(board),
         "main.py": (root / FROZEN_MAIN).read_bytes(),
     }
-    for module in library_modules(root):
-        modules[module.relative_to("lib").as_posix()] = (root / module).read_bytes()
-    for module in firmware_modules(root):
-        modules[module.as_posix()] = (root / module).read_bytes()
+    modules |= {name: text.encode() for name, text in folded(sources(root)).items()}
     return dict(sorted(modules.items()))
 
 

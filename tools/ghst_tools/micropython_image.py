@@ -104,7 +104,7 @@ def find(
     folder = cache_folder()
     if image := _cached(folder, stem, version):
         return image
-    with _lock(folder, report):
+    with lock(folder, report):
         # Another process may have got it while this one waited.
         if image := _cached(folder, stem, version):
             return image
@@ -147,8 +147,8 @@ def _cached(folder: Path, stem: str, version: str | None) -> Path | None:
 
 
 @contextlib.contextmanager
-def _lock(folder: Path, report: Report) -> Iterator[None]:
-    """One process at a time gets an image; the lock dies with its holder."""
+def lock(folder: Path, report: Report) -> Iterator[None]:
+    """One process at a time works in the cache; the lock dies with its holder."""
     import fcntl
 
     try:
@@ -162,7 +162,7 @@ def _lock(folder: Path, report: Report) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            report("waiting for another ghst that is getting MicroPython")
+            report("waiting for another ghst that is busy with MicroPython")
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
