@@ -2,6 +2,7 @@
 
 BOARD ?= rpi_pico
 PORT ?=
+MICROPYTHON ?=
 JOBS ?= 2
 PYTEST_ARGS ?=
 # Where sigrok looks for a user's decoders.
@@ -12,7 +13,7 @@ PYTHON_IN_VENV := .venv/bin/python
 GHST := .venv/bin/ghst
 
 .DEFAULT_GOAL := help
-.PHONY: help demo bench test lint micropython image flash sigrok .venv clean
+.PHONY: help demo bench test lint micropython image firmware flash sigrok .venv clean
 
 help: ## This list
 	@sed -n 's/^\([a-z][a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -23,7 +24,7 @@ demo: $(VENV) ## Watch an emulated board follow a simulated Ghost receiver
 bench: $(VENV) ## Measure the firmware on the emulated chip, write docs/figures.md
 	@$(GHST) bench
 
-test: $(VENV) micropython image ## Run every test: CPython, the unix port, the emulated board
+test: $(VENV) micropython image firmware ## Run every test: CPython, the unix port, the emulated board
 	@tools/debian.sh sigrok-cli=sigrok-cli
 	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS) host_tests
 
@@ -37,6 +38,9 @@ micropython: $(VENV) ## Get a MicroPython image, if there is none yet
 
 image: $(VENV) ## Write build/BOARD/filesystem.img [BOARD=rpi_pico]
 	@$(GHST) image --board $(BOARD)
+
+firmware: $(VENV) ## Build an image with the firmware in it [BOARD=rpi_pico] [MICROPYTHON=sources]
+	@$(GHST) firmware --board $(BOARD) $(if $(MICROPYTHON),--micropython $(MICROPYTHON))
 
 flash: $(VENV) ## Put the firmware on a board [BOARD=rpi_pico] [PORT=/dev/ttyACM0]
 	@$(GHST) flash --board $(BOARD) $(if $(PORT),--port $(PORT))

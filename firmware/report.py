@@ -7,11 +7,12 @@ the main loop up for half a second, MicroPython's limit, and no pulse.
 import select
 import sys
 
+from firmware.console import ready
 from ghst.protocol import RF_MODES
 
 
 class Reporter:
-    """Prints a line when the link changes or something went wrong, and everything on Enter.
+    """Prints a line when the link changes or something went wrong, and everything on request.
 
     What cannot be written at the moment is not kept: the next line says the state of then.
     """
@@ -22,56 +23,56 @@ class Reporter:
         self._hello = hello
         self._output = select.poll()
         self._output.register(sys.stdout, select.POLLOUT)
-        self._input = select.poll()
-        self._input.register(sys.stdin, select.POLLIN)
         self._shown = None
+        self._faults = 0
+        self._fault = None
 
-    def update(self, faults=0, fault=None):
-        """Prints what has changed since the last call, or all of it if somebody pressed Enter.
+    def count(self, fault):
+        """Notes an exception that the main loop has survived."""
+        self._faults += 1
+        self._fault = fault
 
-        `faults`: how many exceptions the main loop has survived; `fault`: the last of them.
-        """
+    def update(self):
+        """Prints what has changed since the last call."""
         adapter = self._application.adapter
-        asked = self._asked()
-        now = (adapter.link, adapter.control.stuck, faults)
-        if (now == self._shown and not asked) or not _ready(self._output):
+        now = (adapter.link, adapter.control.stuck, self._faults)
+        if now == self._shown or not ready(self._output):
             return
         before = self._shown or (None, 0, 0)
         self._shown = now
-        if asked:
-            print(self._hello)
-            for line in self._application.describe():
-                print(line)
-        if asked or now[0] != before[0]:
-            print("link:", self._describe(adapter))
-        if asked or now[1] != before[1]:
-            print("main loop: stood still", now[1], "times")
-        if now[2] and (asked or now[2] != before[2]):
-            print(f"main loop: {now[2]} faults, the last: {type(fault).__name__}: {fault}")
+        if now[0] != before[0]:
+            self._print_link()
+        if now[1] != before[1]:
+            self._print_stuck()
+        if now[2] != before[2]:
+            self._print_fault()
 
-    def _asked(self):
-        asked = False
-        while _ready(self._input):
-            # Bytes: a text read would wait for the rest of a character.
-            if sys.stdin.buffer.read(1) in b"\r\n":
-                asked = True
-        return asked
+    def show(self, arguments=""):
+        """Prints all of the state; what the empty line asks for."""
+        if not ready(self._output):
+            return
+        print(self._hello, end="")
+        for line in self._application.describe():
+            print(line)
+        self._print_link()
+        self._print_stuck()
+        if self._fault:
+            self._print_fault()
 
-    @staticmethod
-    def _describe(adapter):
+    def _print_stuck(self):
+        print("main loop: stood still", self._application.adapter.control.stuck, "times")
+
+    def _print_fault(self):
+        fault = self._fault
+        print(f"main loop: {self._faults} faults, the last: {type(fault).__name__}: {fault}")
+
+    def _print_link(self):
+        adapter = self._application.adapter
         receiver = adapter.receiver
         text = adapter.link
         if receiver.rf_mode:
             name = RF_MODES.get(receiver.rf_mode, (f"mode {receiver.rf_mode}",))[0]
             text += f", {name}, LQ {receiver.lq} %, RSSI {receiver.rssi_dbm} dBm"
         text += f"; frames {receiver.frames}, CRC errors {receiver.crc_errors}"
-        return (
-            text
-            + f", bytes skipped {receiver.skipped_bytes}, failsafes {adapter.control.failsafes}"
-        )
-
-
-def _ready(poll):
-    for _ in poll.ipoll(0):  # makes no list, unlike poll()
-        return True
-    return False
+        text += f", bytes skipped {receiver.skipped_bytes}, failsafes {adapter.control.failsafes}"
+        print("link:", text)

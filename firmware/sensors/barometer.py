@@ -11,12 +11,14 @@ try:
 except ImportError:
     from ghst._host import const
 
-from firmware.sensors.atmosphere import MAXIMUM_PRESSURE_16, MINIMUM_PRESSURE_16, altitude_mm
-from firmware.sensors.bmp280 import Bmp280
-from firmware.sensors.dps310 import Dps310
+from firmware.sensors.atmosphere import MAXIMUM_PRESSURE_16, MINIMUM_PRESSURE_16
 from firmware.sensors.i2c_sensor import I2cSensor
-from firmware.sensors.lps22h import Lps22h
-from firmware.sensors.vario import AltitudeFilter
+
+_CHIPS = (
+    ((0x76, 0x77), 0xD0, (0x58, 0x60), "bmp280", "Bmp280"),
+    ((0x77, 0x76), 0x0D, (0x10,), "dps310", "Dps310"),
+    ((0x5D, 0x5C), 0x0F, (0xB1, 0xB3), "lps22h", "Lps22h"),
+)
 
 _ZERO_MS = const(1000)
 _ZERO_READINGS = const(10)
@@ -32,8 +34,8 @@ class Barometer(I2cSensor):
 
     def __init__(self, bus, *, address=None):
         """`address`: 0x76, 0x77, 0x5C or 0x5D, or None to search at all of them."""
-        super().__init__(bus, (Bmp280, Dps310, Lps22h), address)
-        self._filter = AltitudeFilter()
+        super().__init__(bus, _CHIPS, address)
+        self._filter = None
         self._taken_ms = 0
         self._start_mm = None
         self._first_mm = 0
@@ -48,6 +50,13 @@ class Barometer(I2cSensor):
         self.altitude_cm = None
         self.vario_cm_s = None
 
+    def _load(self):
+        from firmware.sensors.atmosphere import altitude_mm
+        from firmware.sensors.vario import AltitudeFilter
+
+        self._height_mm = altitude_mm
+        self._filter = self._filter or AltitudeFilter()
+
     def _started(self):
         self._filter.reset()
         self._readings = 0
@@ -57,7 +66,7 @@ class Barometer(I2cSensor):
         pressure_16 = chip.pressure_16
         if not MINIMUM_PRESSURE_16 <= pressure_16 <= MAXIMUM_PRESSURE_16:
             return False
-        height_mm = altitude_mm(pressure_16)
+        height_mm = self._height_mm(pressure_16)
         if not self._filter.update(height_mm, ticks_diff(chip.taken_ms, self._taken_ms)):
             return False
         if self._start_mm is None:

@@ -41,7 +41,6 @@ class Bmp280:
     `pressure_16`: pressure in sixteenths of a pascal; `temperature_decicelsius`.
     """
 
-    ADDRESSES = (0x76, 0x77)
     PERIOD_MS = 20
 
     def __init__(self, bus):

@@ -52,7 +52,6 @@ class Dps310:
     """
 
     NAME = "DPS310"
-    ADDRESSES = (0x77, 0x76)
     PERIOD_MS = 28
 
     def __init__(self, bus):

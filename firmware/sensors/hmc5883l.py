@@ -26,7 +26,6 @@ class Hmc5883l:
     """
 
     NAME = "HMC5883L"
-    ADDRESSES = (0x1E,)
     PERIOD_MS = 40
 
     def __init__(self, bus):

@@ -1,8 +1,10 @@
 """`I2cSensor`: finds a chip on the bus, starts it, reads it, and notices when it is gone.
 
-A chip's driver is an object with
+What a sensor is told of a chip is a tuple: its addresses; the register that identifies it, and
+what that may read; file and class of its driver in `firmware.sensors`. A driver is loaded when its
+chip has answered, so that only what is on the bus takes memory. It is an object with
 
-* `NAME`, and `ADDRESSES`: where the chip can be;
+* `NAME`;
 * `address`: where to talk to it, set from outside;
 * `identify()`: whether the chip is there, by its identification registers;
 * `start(step)`: does step 0, 1, 2... of starting it; returns the milliseconds until the next
@@ -48,25 +50,24 @@ class I2cSensor:
     """What barometer and magnetometer have in common.
 
     A subclass has `_measured()`, called for each measurement, which returns whether it can be
-    true; `_started()`, called when a chip begins to measure; and `_forget()`, which makes the
-    values None.
+    true; `_load()`, called when a driver has been loaded; `_started()`, called when a chip begins
+    to measure; and `_forget()`, which makes the values None.
     """
 
-    def __init__(self, bus, drivers, address):
-        """`drivers`: classes; `address`: the only one to search at, or None."""
+    def __init__(self, bus, chips, address):
+        """`chips`: tuples as above; `address`: the only one to search at, or None."""
         self.faults = 0
         self._bus = bus
-        self._candidates = []
-        for driver in drivers:
-            chip = driver(bus)
-            for place in driver.ADDRESSES:
-                if address is None or address == place:
-                    self._candidates.append((chip, place))
+        self._candidates = [
+            (chip, place) for chip in chips for place in chip[0] if address in (None, place)
+        ]
         if not self._candidates:
-            places = sorted({place for driver in drivers for place in driver.ADDRESSES})
+            places = sorted({place for chip in chips for place in chip[0]})
             known = ", ".join([f"0x{place:02x}" for place in places])
             raise ValueError(f"address is {address}, must be one of {known}")
-        self._chip = self._candidates[0][0]
+        self._identity = bytearray(1)
+        self._kind = None  # of `chips`, the one whose driver is `_chip`
+        self._chip = None
         self._state = _SEARCHING
         self._place = 0
         self._tried = 0
@@ -118,10 +119,27 @@ class I2cSensor:
         self._wait_ms = self._pause_ms
         self._pause_ms = min(2 * self._pause_ms, _LONGEST_PAUSE_MS)
 
+    def _find(self, kind, address):
+        """Whether a chip of this kind is there; if so, its driver is in `_chip`."""
+        _, register, values, file, name = kind
+        if not self._bus.read(address, register, self._identity):
+            return False
+        if self._identity[0] not in values:
+            return False
+        if self._kind is not kind:
+            try:
+                module = __import__("firmware.sensors." + file, None, None, (name,))
+            except ImportError:
+                return False  # this board ships without it
+            self._chip = getattr(module, name)(self._bus)
+            self._kind = kind
+            self._load()
+        self._chip.address = address
+        return self._chip.identify()
+
     def _search(self):
-        self._chip, self._chip.address = self._candidates[self._place]
         self._wait_ms = 0
-        if self._chip.identify():
+        if self._find(*self._candidates[self._place]):
             self._state = _STARTING
             self._step = 0
             self._tried = 0

@@ -29,7 +29,6 @@ class Lis3mdl:
     """
 
     NAME = "LIS3MDL"
-    ADDRESSES = (0x1C, 0x1E)
     PERIOD_MS = 40
 
     def __init__(self, bus):

@@ -32,7 +32,6 @@ class Lps22h:
     `pressure_16`: pressure in sixteenths of a pascal; `temperature_decicelsius`.
     """
 
-    ADDRESSES = (0x5D, 0x5C)
     PERIOD_MS = 18
 
     def __init__(self, bus):

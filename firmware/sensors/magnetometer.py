@@ -9,17 +9,19 @@ from array import array
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from ghst._host import micropython
+    from ghst._host import const, micropython
 
-from firmware.sensors.arithmetic import atan2_decideg
-from firmware.sensors.hard_iron import HardIron
-from firmware.sensors.hmc5883l import Hmc5883l
 from firmware.sensors.i2c_sensor import I2cSensor
-from firmware.sensors.lis3mdl import Lis3mdl
-from firmware.sensors.qmc5883l import Qmc5883l
 
-LARGEST_OFFSET_NT = 1_000_000
+LARGEST_OFFSET_NT = const(1_000_000)
+
+_CHIPS = (
+    ((0x0D,), 0x0D, (0xFF,), "qmc5883l", "Qmc5883l"),
+    ((0x1E,), 0x0A, (0x48,), "hmc5883l", "Hmc5883l"),
+    ((0x1C, 0x1E), 0x0F, (0x3D,), "lis3mdl", "Lis3mdl"),
+)
 
 
 class Magnetometer(I2cSensor):
@@ -49,7 +51,7 @@ class Magnetometer(I2cSensor):
         the arrow of the chip's x axis is turned clockwise from the nose, seen from above.
         `upside_down`: whether the chip's top faces down. Raises `ValueError` for what cannot be.
         """
-        super().__init__(bus, (Qmc5883l, Hmc5883l, Lis3mdl), address)
+        super().__init__(bus, _CHIPS, address)
         if len(offset_nt) != 3 or max([abs(part) for part in offset_nt]) > LARGEST_OFFSET_NT:
             raise ValueError(
                 f"offset_nt is {offset_nt}, must be three of -{LARGEST_OFFSET_NT}.."
@@ -70,6 +72,11 @@ class Magnetometer(I2cSensor):
     def _forget(self):
         self.heading_decideg = None
 
+    def _load(self):
+        from firmware.sensors.arithmetic import atan2_decideg
+
+        self._angle_decideg = atan2_decideg
+
     def _started(self):
         pass
 
@@ -88,7 +95,7 @@ class Magnetometer(I2cSensor):
             self._calibration.update(measured_nt)
         # Seen from above, y is left of x, and right of it when the chip is upside down.
         left_nt = -self.field_nt[1] if self._upside_down else self.field_nt[1]
-        angle_decideg = atan2_decideg(left_nt, self.field_nt[0])
+        angle_decideg = self._angle_decideg(left_nt, self.field_nt[0])
         self.heading_decideg = (angle_decideg + self._correction_decideg) % 3600
         return True
 
@@ -103,6 +110,8 @@ class Magnetometer(I2cSensor):
         Turning it over all other axes too calibrates z as well, which `heading_decideg` does not
         use. Starts afresh when a calibration is under way.
         """
+        from firmware.sensors.hard_iron import HardIron
+
         self._calibration = HardIron()
 
     def finish_calibration(self):

@@ -32,7 +32,6 @@ class Qmc5883l:
     """
 
     NAME = "QMC5883L"
-    ADDRESSES = (0x0D,)
     PERIOD_MS = 40
 
     def __init__(self, bus):

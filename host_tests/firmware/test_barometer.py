@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from forked import forked
 from i2c_rig import LONGEST_UPDATE_US, NONE, Flight, grounded
 
+from forked import forked
 from ghst_tools.emulator.i2c_barometers import Dps310, Lps22hb
 from ghst_tools.emulator.i2c_bmp280 import Bmp280
 from ghst_tools.emulator.i2c_magnetometers import Hmc5883l, Lis3mdl, Magnetometer, Qmc5883l
@@ -38,7 +38,7 @@ def test_each_chip_beside_a_magnetometer(
 ) -> None:
     flight.temperature_c = -7.3
     flight.start(chip, address, neighbour, neighbour_address)
-    flight.wait(150)
+    flight.wait(250)
     flight.check_values()
     assert abs(flight.note("temperature_decicelsius") + 73) <= 1
     assert flight.note("altitude_cm") == NONE
@@ -51,7 +51,7 @@ def test_each_chip_beside_a_magnetometer(
 @forked
 def test_altitude_and_vario(flight: Flight) -> None:
     flight.start(magnetometer=None)
-    flight.wait(1150)
+    flight.wait(1250)
     assert abs(flight.note("altitude_cm")) < 25
     assert abs(flight.note("vario_cm_s")) < 40
     start_m, start_ns = flight.altitude_m, flight.board.now_ns

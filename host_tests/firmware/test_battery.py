@@ -273,8 +273,8 @@ LOOP = """
 """
 
 
+@pytest.mark.run(LOOP)
 def test_no_frame_is_lost_while_the_inputs_go_mad_and_the_adc_dies(pico: Pico) -> None:
-    pico.run(LOOP)
     noise = random.Random(4)
     for channel in (0, 1):
         pico.board.adc(channel).set_volts(lambda t_ns: noise.choice((-9.0, 0.0, 1.7, 3.3, 12.0)))

@@ -1,7 +1,7 @@
 """What happens when the link dies, and when it comes back."""
 
 import pytest
-from rig import FAILSAFE_NS, PERIOD_NS, SERVOS, Pico
+from rig import FAILSAFE_NS, NO_SENSORS, PERIOD_NS, SERVOS, Pico
 
 import ghst
 
@@ -28,8 +28,8 @@ def failsafe_delay_ns(pico: Pico, last_frame_ns: float) -> float:
     return writes[-1] - last_frame_ns
 
 
+@pytest.mark.boot()
 def test_pulses_end_within_20_ms_of_the_limit(pico: Pico) -> None:
-    pico.boot()
     last = lose_the_link(pico)
     pico.board.run_for(800e6)
     assert FAILSAFE_NS < failsafe_delay_ns(pico, last) <= FAILSAFE_NS + 20e6
@@ -58,9 +58,8 @@ def test_it_needs_no_main_loop(pico: Pico, loop: str) -> None:
     assert pico.no_pulses_since(last + 130e6 + LAST_PULSE_NS)
 
 
+@pytest.mark.run(options="failsafe={6: -1, 7: 0, 8: 4000, 13: 8800}, failsafe_ms=110")
 def test_hold_none_and_a_width_for_each_output(pico: Pico) -> None:
-    options = "failsafe={6: -1, 7: 0, 8: 4000, 13: 8800}, failsafe_ms=110"
-    pico.run(options=options)
     last = lose_the_link(pico)
     pico.board.run_for(300e6)
     assert 110e6 < failsafe_delay_ns(pico, last) <= 130e6
@@ -71,11 +70,9 @@ def test_hold_none_and_a_width_for_each_output(pico: Pico) -> None:
         assert [round(pulse.width_ns) for pulse in after[:5]] == held
 
 
-def test_the_board_file_names_failsafe_by_pin(pico: Pico) -> None:
-    board = pico.file("/board.json")
-    board["failsafe"] = {"6": "hold", "8": 1000.25}
-    board["failsafe_ms"] = 110
-    pico.boot(board=board)
+def test_the_configuration_names_failsafe_by_pin(pico: Pico) -> None:
+    outputs = {"6": {"failsafe": "hold"}, "8": {"failsafe": 1000.25}}
+    pico.boot(NO_SENSORS | {"outputs": outputs, "failsafe": {"time_ms": 110}})
     last = lose_the_link(pico)
     pico.board.run_for(200e6)
     assert 110e6 < failsafe_delay_ns(pico, last) <= 130e6
@@ -85,8 +82,8 @@ def test_the_board_file_names_failsafe_by_pin(pico: Pico) -> None:
     assert widths[8][0].width_ns == pytest.approx(3201 * 312.5, abs=8)
 
 
+@pytest.mark.run(options="failsafe_ms=110")
 def test_only_control_frames_keep_the_link(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=110")
     last = lose_the_link(pico)
     others = [
         ghst.encode.msp(0x21, bytes(10)),
@@ -100,8 +97,8 @@ def test_only_control_frames_keep_the_link(pico: Pico) -> None:
     assert 110e6 < failsafe_delay_ns(pico, last) <= 130e6
 
 
+@pytest.mark.run(options="failsafe_ms=110")
 def test_the_link_comes_back_with_the_next_frame(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=110")
     last = lose_the_link(pico)
     pico.board.run_for(200e6)
     assert pico.no_pulses_since(last + 130e6 + LAST_PULSE_NS)
@@ -116,9 +113,9 @@ def test_the_link_comes_back_with_the_next_frame(pico: Pico) -> None:
     assert round(pico.meter.since(end, 7)[0].width_ns) == 2_000_000
 
 
+@pytest.mark.run(options="failsafe={11: -1, 12: 4000}, failsafe_ms=110")
 def test_an_output_leaves_failsafe_with_its_own_channel_only(pico: Pico) -> None:
     # Channels 5 to 8 are seconds old when the link comes back with a link data frame.
-    pico.run(options="failsafe={11: -1, 12: 4000}, failsafe_ms=110")
     lose_the_link(pico)
     pico.board.run_for(150e6)
     assert pico.pulses() == [0] * 16
@@ -141,9 +138,9 @@ def test_an_output_leaves_failsafe_with_its_own_channel_only(pico: Pico) -> None
     ]
 
 
+@pytest.mark.run(options="failsafe_ms=110")
 @pytest.mark.parametrize("cut_us", [0.5, 13.0, 24.1, 160.0, 320.5])
 def test_a_link_that_breaks_inside_a_frame(pico: Pico, cut_us: float) -> None:
-    pico.run(options="failsafe_ms=110")
     receiver = pico.fly(lambda index, t: ENDS if index == 9 else CENTRE, 250)
     # The tenth frame begins 36 ms after the first and is never complete.
     receiver.stop_at(pico.board.now_ns + 1e6 + 36e6 + cut_us * 1e3)
@@ -154,8 +151,8 @@ def test_a_link_that_breaks_inside_a_frame(pico: Pico, cut_us: float) -> None:
     assert {round(pulse.width_ns) for pulse in pico.meter.pulses[6]} == {1_500_000}
 
 
+@pytest.mark.run(options="failsafe_ms=110")
 def test_a_line_that_is_held_low_is_a_lost_link(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=110")
     receiver = pico.fly(lambda index, t: CENTRE, 250)
     now = pico.board.now_ns
     pico.wire.hold(False, now + 50.1e6, now + 200e6)
@@ -168,9 +165,9 @@ def test_a_line_that_is_held_low_is_a_lost_link(pico: Pico) -> None:
     assert pico.word(ghst.decoder.FRAMES) - before in (6, 7, 8)
 
 
+@pytest.mark.run(options="failsafe_ms=110")
 @pytest.mark.parametrize("clock_us", [2**32 - 150_000, 2**30 - 150_000, 2**31 - 150_000])
 def test_the_clock_may_wrap(pico: Pico, clock_us: int) -> None:
-    pico.run(options="failsafe_ms=110")
     pico.board.advance_timer(clock_us - pico.board.read32(0x40054028))
     receiver = pico.fly(lambda index, t: CENTRE, 250)
     pico.board.run_for(260e6)
@@ -180,8 +177,8 @@ def test_the_clock_may_wrap(pico: Pico, clock_us: int) -> None:
     assert 110e6 < failsafe_delay_ns(pico, receiver.sent[-1].end_ns) <= 130e6
 
 
+@pytest.mark.run(options="failsafe_ms=110")
 def test_failsafe_stays_for_more_than_a_whole_wrap(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=110")
     last = lose_the_link(pico)
     pico.board.run_for(200e6)
     for _ in range(8):

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from forked import forked
 from rig import Pico, steps
 
 import ghst
+from forked import forked
 from ghst_tools import boards
 from ghst_tools.emulator.gps import NmeaGps, UbloxGps
 from ghst_tools.emulator.gps_messages import Place, nmea_epoch

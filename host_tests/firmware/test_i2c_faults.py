@@ -6,8 +6,9 @@ import random
 from pathlib import Path
 
 import pytest
-from forked import forked
 from i2c_rig import Flight, grounded
+
+from forked import forked
 
 
 @pytest.fixture

@@ -22,9 +22,9 @@ FRAMES = {
 }
 
 
+@pytest.mark.run()
 @pytest.mark.parametrize("kind", FRAMES)
 def test_a_single_frame_reaches_the_registers_in_time(pico: Pico, kind: int) -> None:
-    pico.run()
     receiver = pico.fly(lambda index, t: FRAMES[kind] if index < 20 else None, 250)
     pico.board.run_for(90e6)
     latencies = pico.latencies_us(receiver)

@@ -8,9 +8,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from forked import forked
 from i2c_rig import LONGEST_UPDATE_US, Flight, grounded
 
+from forked import forked
 from ghst_tools.emulator.i2c_magnetometers import Hmc5883l, Lis3mdl, Magnetometer, Qmc5883l
 
 
@@ -27,7 +27,7 @@ def flight(micropython_image: Path, firmware_files: dict[str, bytes]) -> Flight:
 def test_each_chip(flight: Flight, chip: type[Magnetometer], address: int) -> None:
     flight.start(None, magnetometer=chip, magnetometer_address=address)
     flight.magnetometer.noise_nt = 100.0  # type: ignore[attr-defined]
-    flight.wait(120)
+    flight.wait(180)
     for heading_deg in (20.0, 200.0):
         flight.heading_deg = heading_deg
         _, headings = flight.values(100)

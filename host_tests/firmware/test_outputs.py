@@ -40,9 +40,9 @@ class Sticks:
         return ghst.encode.channels(kind, primaries, tail)
 
 
+@pytest.mark.run()
 @pytest.mark.parametrize("seed", [1, 2])
 def test_each_frame_puts_its_channels_into_the_compare_registers(pico: Pico, seed: int) -> None:
-    pico.run()
     sticks = Sticks(seed)
     receiver = pico.fly(sticks.frame, 500)
     pico.board.run_for(400e6)
@@ -57,8 +57,8 @@ def test_each_frame_puts_its_channels_into_the_compare_registers(pico: Pico, see
     assert pico.pulses() == sticks.channels
 
 
+@pytest.mark.boot()
 def test_a_pulse_has_the_width_that_was_written_before_its_period(pico: Pico) -> None:
-    pico.boot()
     sticks = Sticks(3)
     receiver = pico.fly(sticks.frame, 90)
     pico.board.run_for(800e6)
@@ -75,8 +75,8 @@ def test_a_pulse_has_the_width_that_was_written_before_its_period(pico: Pico) ->
             assert width_ns == pytest.approx(counts * 312.5, abs=8), pin
 
 
+@pytest.mark.boot()
 def test_nothing_moves_before_the_first_valid_control_frame(pico: Pico) -> None:
-    pico.boot()
     good = ghst.encode.channels(0x10, (1984,) * 4, (124,) * 4)
     others = [
         good[:-1] + bytes([good[-1] ^ 1]),
@@ -98,8 +98,8 @@ def test_nothing_moves_before_the_first_valid_control_frame(pico: Pico) -> None:
     assert {pin: len(pico.meter.pulses[pin]) > 0 for pin in SERVOS} == dict.fromkeys(SERVOS, True)
 
 
+@pytest.mark.boot()
 def test_a_channel_that_never_came_gives_no_pulses(pico: Pico) -> None:
-    pico.boot()
     link_data = ghst.encode.link_data(0x33, (2048,) * 4)
     pico.fly(lambda index, t: link_data, 250)
     pico.board.run_for(100e6)
@@ -125,8 +125,8 @@ def test_the_limits_hold_whatever_stands_in_the_channels(
     assert pico.meter.last(10).width_ns == pytest.approx(expected_ns, abs=8)
 
 
+@pytest.mark.run(servos={7: 4, 10: 4, 12: 1, 29: 9})
 def test_any_pin_may_follow_any_channel(pico: Pico) -> None:
-    pico.run(servos={7: 4, 10: 4, 12: 1, 29: 9})
     frame = ghst.encode.channels(0x31, (48, 1048, 3048, 4048), (3, 0, 0, 0))
     pico.fly(lambda index, t: frame, 250)
     pico.board.run_for(100e6)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from forked import forked
 from rig import Pico
 
 import ghst
+from forked import forked
 from ghst_tools import boards
 from ghst_tools.emulator import GhostReceiver
 
@@ -144,11 +144,11 @@ def test_the_slot_is_kept_under_every_load(pico: Pico, load: str) -> None:
     assert len(receiver.downlink) >= 10
 
 
+@pytest.mark.run(
+    "adapter.poll(); time.sleep_ms(5)", setup=SETUP + "refill(); adapter.control.discard()"
+)
 def test_what_is_queued_too_late_waits_for_the_next_slot(pico: Pico) -> None:
     # The frame lies ready; the word that has it sent is written from outside, at a time of ours.
-    pico.run(
-        "adapter.poll(); time.sleep_ms(5)", setup=SETUP + "refill(); adapter.control.discard()"
-    )
     slot = pico.control_address + 4 * SLOT
     for after_us in (-50, 0, 40, 100, 500, 990, 1000, 1010, 1300, 1900):
         end = pico.wire.send(link_data(6), pico.at(200e3))
@@ -319,12 +319,14 @@ def test_an_echo_that_is_missing(talking: Pico) -> None:
     assert talking.word(FRAMES) == len(receiver.sent) == 20
 
 
+@pytest.mark.run(
+    "refill()\n"
+    "    if machine.mem32[0x50300030] & 16:\n"
+    "        adapter.stop()\n"
+    "        raise SystemExit",
+    setup=SETUP,
+)
 def test_stopping_in_the_middle_of_a_frame_releases_the_wire(pico: Pico) -> None:
-    loop = """refill()
-    if machine.mem32[0x50300030] & 16:
-        adapter.stop()
-        raise SystemExit"""
-    pico.run(loop, setup=SETUP)
     end = pico.wire.send(link_data(6), pico.at(1e6))
     pico.board.run_for(60e6)
     assert [driving for _, driving in pico.driven] == [True, False]
@@ -334,7 +336,7 @@ def test_stopping_in_the_middle_of_a_frame_releases_the_wire(pico: Pico) -> None
     assert pico.wire.level
 
 
+@pytest.mark.run(IDLE, setup=SETUP)
 def test_the_wire_is_not_driven_before_there_is_a_link(pico: Pico) -> None:
-    pico.run(IDLE, setup=SETUP)
     pico.board.run_for(50e6)
     assert pico.driven == []

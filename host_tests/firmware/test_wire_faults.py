@@ -25,9 +25,9 @@ def decoded(pico: Pico) -> bool:
     return pico.pulses()[:8] == PULSES
 
 
+@pytest.mark.run()
 @pytest.mark.parametrize("baud", [400_000, 410_000, 415_000, 420_000, 425_000, 430_000])
 def test_baud_rates_of_real_receivers(pico: Pico, baud: int) -> None:
-    pico.run()
     for index in range(40):
         # Odd distances: the start bit falls at every phase of the state machine's clock.
         pico.wire.send(FRAME, pico.at(1.9e6 + 37.3 * index), baud=baud)
@@ -37,9 +37,9 @@ def test_baud_rates_of_real_receivers(pico: Pico, baud: int) -> None:
     assert decoded(pico)
 
 
+@pytest.mark.run()
 @pytest.mark.parametrize("gap_us", [1, 10, 50, 100])
 def test_gaps_between_the_bytes_of_a_frame(pico: Pico, gap_us: int) -> None:
-    pico.run()
     for index in range(20):
         pico.wire.send(FRAME, pico.at(2e6 + 71.7 * index), gap_ns=gap_us * 1e3)
         pico.board.run_for(6e6)
@@ -47,8 +47,8 @@ def test_gaps_between_the_bytes_of_a_frame(pico: Pico, gap_us: int) -> None:
     assert counters(pico)["SKIPPED_BYTES"] == 0
 
 
+@pytest.mark.run()
 def test_frames_back_to_back(pico: Pico) -> None:
-    pico.run()
     pico.wire.send(OTHER + FRAME, pico.at(1e6))
     pico.board.run_for(3e6)
     assert counters(pico)["FRAMES"] == 2
@@ -65,9 +65,9 @@ def test_frames_back_to_back(pico: Pico) -> None:
     }
 
 
+@pytest.mark.run()
 @pytest.mark.parametrize("length", [1, 2, 3, 7, 13])
 def test_a_cut_off_frame_costs_no_other(pico: Pico, length: int) -> None:
-    pico.run()
     # At once behind it, inside the time of a gap, behind a gap, and in the next slot.
     for index, pause_ns in enumerate((0.0, 60e3, 170e3, 1.6e6)):
         end = pico.wire.send(OTHER[:length], pico.at(1e6))
@@ -78,9 +78,9 @@ def test_a_cut_off_frame_costs_no_other(pico: Pico, length: int) -> None:
     assert counters(pico)["SKIPPED_BYTES"] == 4 * length
 
 
+@pytest.mark.run()
 def test_bytes_before_a_gap_never_join_a_later_frame(pico: Pico) -> None:
     # The first half of one frame and the second half of another, CRC right for the whole.
-    pico.run()
     end = pico.wire.send(FRAME[:7], pico.at(1e6))
     pico.wire.send(FRAME[7:], end + 1.7e6)
     pico.board.run_for(6e6)
@@ -89,8 +89,8 @@ def test_bytes_before_a_gap_never_join_a_later_frame(pico: Pico) -> None:
     assert pico.compares == []
 
 
+@pytest.mark.run()
 def test_noise_before_a_frame_costs_no_frame(pico: Pico) -> None:
-    pico.run()
     noise = random.Random(5)
     for index in range(60):
         junk = bytes(noise.choice((0x82, 0x0C, 0x10, noise.randrange(256))) for _ in range(20))
@@ -101,8 +101,8 @@ def test_noise_before_a_frame_costs_no_frame(pico: Pico) -> None:
         assert decoded(pico)
 
 
+@pytest.mark.run()
 def test_glitches_on_the_idle_line_are_no_start_bits(pico: Pico) -> None:
-    pico.run()
     for index, width_ns in enumerate((10, 50, 100, 200, 400, 800)):
         start = pico.at(1e6)
         # 5 us before the start bit: a receiver that takes the glitch for one loses the frame.
@@ -113,9 +113,9 @@ def test_glitches_on_the_idle_line_are_no_start_bits(pico: Pico) -> None:
     assert counters(pico)["SKIPPED_BYTES"] == 0
 
 
+@pytest.mark.run()
 @pytest.mark.parametrize("break_us", [25, 40, 300, 5000])
 def test_a_break_costs_what_it_covers(pico: Pico, break_us: int) -> None:
-    pico.run()
     start = pico.at(1e6)
     pico.wire.send(OTHER, start)
     pico.wire.hold(False, start + 100e3, start + 100e3 + break_us * 1e3)
@@ -126,8 +126,8 @@ def test_a_break_costs_what_it_covers(pico: Pico, break_us: int) -> None:
     assert decoded(pico)
 
 
+@pytest.mark.run(options="failsafe_ms=110")
 def test_our_own_echo_is_somebody_elses_frame(pico: Pico) -> None:
-    pico.run(options="failsafe_ms=110")
     pico.wire.send(FRAME, pico.at(1e6))
     pico.board.run_for(3e6)
     for _ in range(50):
@@ -140,9 +140,9 @@ def test_our_own_echo_is_somebody_elses_frame(pico: Pico) -> None:
     assert pico.pulses() == [0] * 16
 
 
+@pytest.mark.run()
 def test_the_ring_and_its_transfer_count_go_round(pico: Pico) -> None:
     # The data channel's count of 2^14 bytes runs out after 1170 frames and is written anew.
-    pico.run()
     pico.fly(lambda index, t: FRAME if index < 1300 else None, 500)
     pico.board.run_for(2.62e9)
     assert counters(pico)["FRAMES"] == 1300

@@ -6,7 +6,6 @@ import random
 from pathlib import Path
 
 import pytest
-from forked import forked
 from uart_rig import (
     BYTE_NS,
     COLLISIONS,
@@ -32,6 +31,7 @@ from uart_rig import (
 )
 
 import ghst
+from forked import forked
 from ghst import decoder
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from forked import forked
 from uart_rig import (
     RACE,
     SETUP,
@@ -14,6 +13,8 @@ from uart_rig import (
     new_pico,
     slots_us,
 )
+
+from forked import forked
 
 REFUSED = """
 def refused(*arguments, **options):

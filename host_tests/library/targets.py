@@ -142,16 +142,6 @@ def _board() -> boards.Board:
 
 def _device_tree() -> dict[str, bytes]:
     """Library and firmware as they are installed on a board, and the tests beside them."""
-    root = boards.checkout()
-    sources = {
-        path.relative_to("lib").as_posix(): root / path
-        for path in device_files.library_modules(root)
-    }
-    sources |= {path.as_posix(): root / path for path in device_files.firmware_modules(root)}
-    sources |= {f"behaviour/{path.name}": path for path in BEHAVIOUR.glob("*.py")}
-    return {
-        f"/lib/{name.removesuffix('.py')}.mpy": device_files.compile_module(
-            source, name, _board().mpy_arch
-        )
-        for name, source in sources.items()
-    }
+    modules = device_files.sources()
+    modules |= {f"behaviour/{path.name}": path for path in BEHAVIOUR.glob("*.py")}
+    return device_files.compile_modules(modules, _board().mpy_arch)

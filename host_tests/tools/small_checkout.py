@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ghst_tools import boards
 
-HELLO = "micropython-ghst test on emulated board"
+HELLO = "micropython-ghst 0.0 on emulated board"
 
 
 def make(root: Path) -> Path:

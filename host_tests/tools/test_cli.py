@@ -9,7 +9,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from ghst_tools import cli
+from ghst_tools import boards, cli
 
 HEAVY = ("numpy", "matplotlib", "rp2040py", "littlefs", "mpremote", "serial", "rich")
 
@@ -46,13 +46,22 @@ def test_a_users_mistake_is_one_line_and_status_1() -> None:
     done = run("image", "--board", "no_such_board")
     assert done.returncode == 1
     assert done.stdout == ""
-    assert done.stderr == "ghst: unknown board 'no_such_board': known are rpi_pico\n"
+    known = ", ".join(boards.names())
+    assert done.stderr == f"ghst: unknown board 'no_such_board': known are {known}\n"
 
 
 def test_an_unknown_command_names_the_known_ones() -> None:
     done = run("fly")
     assert done.returncode == 2
-    assert "no command 'fly': there are micropython, image, flash" in done.stderr
+    assert "no command 'fly': there are micropython, image, firmware, flash" in done.stderr
+
+
+def test_a_board_that_cannot_be_emulated_is_one_line() -> None:
+    done = run("emulate", "--board", "esp32_devkit")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == (
+        "ghst: esp32_devkit cannot be emulated: only boards that run RPI_PICO\n"
+    )
 
 
 def test_exit_statuses_are_told() -> None:
@@ -67,7 +76,7 @@ def test_verbose_shows_where_an_error_comes_from() -> None:
     assert done.returncode == 1
     lines = done.stderr.splitlines()
     assert lines[0] == "Traceback (most recent call last):"
-    assert lines[-1] == "ghst: unknown board 'no_such_board': known are rpi_pico"
+    assert lines[-1].startswith("ghst: unknown board 'no_such_board': known are ")
 
 
 def test_ctrl_c_is_one_line_and_status_130() -> None:

@@ -18,7 +18,7 @@ def test_a_board_gets_modules_compiled_and_main_as_it_is(tmp_path: Path) -> None
     files = collect(root)
     assert list(files) == small_checkout.BOARD_FILES
     assert files["/main.py"] == (root / "firmware/main.py").read_bytes()
-    assert files["/board.json"] == (root / "boards/rpi_pico/board.json").read_bytes()
+    assert files["/board.json"] == boards.load("rpi_pico", root).definition
 
 
 def test_the_same_sources_give_the_same_bytes_anywhere(tmp_path: Path) -> None:
@@ -36,6 +36,17 @@ def test_native_code_is_for_the_boards_architecture(tmp_path: Path) -> None:
     assert header == bytes([ord("M"), 6, 4 << 2 | 3, 31])
     header = device_files.compile_module(source, "native.py", "armv7emsp")[:4]
     assert header == bytes([ord("M"), 6, 7 << 2 | 3, 31])
+
+
+def test_constants_are_folded_across_modules(tmp_path: Path) -> None:
+    root = small_checkout.make(tmp_path)
+    (root / "lib/ghst/answer.py").write_text("ANSWER = const(42)\nQUESTION = 6 * 9\n")
+    (root / "firmware/sub/app.py").write_text("from ghst.answer import ANSWER\nprint(ANSWER)\n")
+    files = collect(root)
+    assert b"ANSWER" not in b"".join(files.values())
+    assert b"QUESTION" in files["/lib/ghst/answer.mpy"]
+    frozen = device_files.frozen_modules(boards.load("rpi_pico", root), root)
+    assert frozen["firmware/sub/app.py"] == b"pass\nprint(42)\n"
 
 
 def test_tracebacks_name_the_module(tmp_path: Path) -> None:

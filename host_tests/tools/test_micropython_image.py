@@ -1,7 +1,6 @@
 """Where the MicroPython image comes from, in which order, and what is said when it does not."""
 
 import http.server
-import shutil
 import socket
 import subprocess
 import sys
@@ -13,7 +12,7 @@ import pytest
 from rp2040py.utils.firmware_retrieve import MICROPYTHON
 from test_uf2 import block
 
-from ghst_tools import micropython_debian, micropython_image
+from ghst_tools import micropython_image
 from ghst_tools.errors import GhstError
 
 STEM = "RPI_PICO"
@@ -221,59 +220,15 @@ def test_the_programs_of_the_venv_run() -> None:
         assert "MicroPython" in done.stdout or "usage" in done.stdout
 
 
-def test_the_packages_of_a_missing_toolchain_are_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    apt = tmp_path / "apt-get"
-    apt.write_text("#!/bin/sh\nexit 1\n")
-    apt.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("os.geteuid", lambda: 1000)
-    with pytest.raises(GhstError) as caught:
-        micropython_debian.build(STEM, tmp_path / "x.uf2", verbose=False, report=print)
-    assert str(caught.value) == (
-        "the toolchain is missing: as root, run apt-get install --yes --no-install-recommends "
-        "gcc-arm-none-eabi cmake ninja-build dpkg libnewlib-arm-none-eabi "
-        "libstdc++-arm-none-eabi-newlib"
-    )
+def test_an_esp32_is_flashed_by_other_means(cache: Path) -> None:
+    with pytest.raises(GhstError, match=r"^esp32_devkit: get ESP32_GENERIC from micropython\.org"):
+        micropython_image.find(board="esp32_devkit")
 
 
-@pytest.mark.skipif(shutil.which("apt-get") is None, reason="needs apt-get")
-@pytest.mark.parametrize(
-    ("name", "text", "mirror"),
-    [
-        ("a.list", "deb http://a.example/debian bookworm main\n", "http://a.example/debian"),
-        (
-            "a.list",
-            "deb https://deb.other.example/x nodistro main\n"
-            "deb [arch=all] https://m.example/mirror/debian/ trixie main contrib\n",
-            "https://m.example/mirror/debian",
-        ),
-        (
-            "a.sources",
-            "Types: deb\nURIs: http://s.example/debian-security\nSuites: b-security\n"
-            "Components: main\n\n"
-            "Types: deb\n# old\nURIs: http://s.example/debian\nSuites: b b-updates\n"
-            "Components: main\n",
-            "http://s.example/debian",
-        ),
-        ("a.list", "deb http://u.example/ubuntu noble main\n", None),
-    ],
-)
-def test_the_mirror_is_the_machines_own(
-    tmp_path: Path, name: str, text: str, mirror: str | None
-) -> None:
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / name).write_text(text)
-    (tmp_path / "lists/partial").mkdir(parents=True)
-    (tmp_path / "apt.conf").write_text(
-        'Dir::Etc::sourcelist "/dev/null";\n'
-        f'Dir::Etc::sourceparts "{tmp_path}/parts";\nDir::State::Lists "{tmp_path}/lists";\n'
-    )
-    build = micropython_debian.Build(tmp_path, STEM, tmp_path / "log", verbose=False)
-    build.environment["APT_CONFIG"] = str(tmp_path / "apt.conf")
-    if mirror is not None:
-        assert build.mirror() == mirror
-    else:
-        with pytest.raises(GhstError, match="name no Debian archive"):
-            build.mirror()
+def test_an_image_that_cannot_be_got_is_asked_for(cache: Path) -> None:
+    said: list[str] = []
+    with pytest.raises(
+        GhstError, match=r"^no MicroPython image for rpi_pico2: download RPI_PICO2"
+    ):
+        micropython_image.find(board="rpi_pico2", report=said.append)
+    assert said == ["download: the address of RPI_PICO2 is not known"]

@@ -32,8 +32,9 @@ VTX_SETUPS = const(15)  # 0x20 frames for the goggles or the radio
 VTX_CONTROLS = const(16)  # 0x14 frames
 # A counter goes on at zero, and is never more than a small integer holds.
 COUNTER_MASK = const(0x3FFFFFFF)
-# Offsets of payloads, ten bytes each: of the last 0x20 and 0x14 frame, and of the last eight MSP
-# frames, each in the place that the three lowest bits of its number name.
+# Offsets of payloads, ten bytes each: of the last 0x20 frame, of the last 0x14 frame (the last
+# four bytes alone), and of the last eight MSP frames, each in the place that the three lowest
+# bits of its number name.
 VTX_SETUP = const(96)
 VTX_CONTROL = const(112)
 MSP_QUEUE = const(128)
@@ -45,6 +46,8 @@ _CRC_TABLE = const(256)
 RING = const(512)
 RING_SIZE = const(256)
 MEMORY_SIZE = const(784)
+_RING_WORD = const(128)
+_MIRROR = const(192)
 
 
 @micropython.viper
@@ -91,10 +94,10 @@ def scan(memory: ptr8, channels: ptr8) -> int:
             if available < 2:
                 break
             if tail > RING + RING_SIZE - 14:
-                at = RING
-                while at < RING + 13:
-                    memory[RING_SIZE + at] = memory[at]
-                    at += 1
+                words[_MIRROR] = words[_RING_WORD]
+                words[_MIRROR + 1] = words[_RING_WORD + 1]
+                words[_MIRROR + 2] = words[_RING_WORD + 2]
+                words[_MIRROR + 3] = words[_RING_WORD + 3]
             # Known addresses are 0x80-0x89, lengths 2-12: with one type byte up to ten payload
             # bytes (description: Addresses, Frame).
             at = stop = 0
@@ -172,12 +175,14 @@ def scan(memory: ptr8, channels: ptr8) -> int:
                     words[TX_POWER] = memory[stop + 3]
                 elif memory[tail + 2] == 0x14:
                     words[VTX_CONTROLS] = (words[VTX_CONTROLS] + 1) & COUNTER_MASK
-                    kept = VTX_CONTROL
+                    kept = VTX_CONTROL + 6
         elif length == 12 and uint(kind - 0x21) < uint(2):
             counter = MSP_FRAMES
             kept = MSP_QUEUE | ((words[MSP_FRAMES] & (MSP_QUEUE_LENGTH - 1)) << 4)
         if kept:
             at = tail + 3
+            if counter == FRAMES:
+                at = tail + 9
             while at < tail + 13:
                 memory[kept] = memory[at]
                 kept += 1

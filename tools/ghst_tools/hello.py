@@ -10,8 +10,8 @@ import serial  # type: ignore[import-untyped]
 from ghst_tools.errors import GhstError
 from ghst_tools.serial_port import open_port
 
-HELLO = "micropython-ghst "
-"""What the application's first line on the console begins with."""
+HELLO = re.compile(r"micropython-ghst \d")
+"""What the application's first line on the console begins with: its name and version."""
 
 TIMEOUT_S = 10.0
 
@@ -42,7 +42,7 @@ def wait_for_hello(port: str, timeout_s: float = TIMEOUT_S) -> str:
             if console.read():
                 ask_at = time.monotonic() + patience_s
             for line in console.text.split("\n")[:-1]:
-                if line.startswith(HELLO):
+                if HELLO.match(line):
                     return line.strip()
             if restarted_at is not None:
                 # The prompt: main.py is over.

@@ -13,6 +13,7 @@ from urllib.request import urlopen
 import click
 
 from ghst_tools import boards, uf2
+from ghst_tools.chips import CHIPS
 from ghst_tools.errors import GhstError
 
 IMAGE_VARIABLE = "GHST_MICROPYTHON_IMAGE"
@@ -94,11 +95,16 @@ def find(
         if version not in (None, found):
             raise GhstError(f"{given}: MicroPython {found}, not {version}")
         return Path(given).absolute()
-    stem = boards.load(board).micropython_board
+    definition = boards.load(board)
+    stem = definition.micropython_board
+    if not CHIPS[definition.chip].is_rp2:
+        raise GhstError(
+            f"{board}: get {stem} from micropython.org and put it on the board with esptool"
+        )
     folder = cache_folder()
     if image := _cached(folder, stem, version):
         return image
-    with _lock(folder, report):
+    with lock(folder, report):
         # Another process may have got it while this one waited.
         if image := _cached(folder, stem, version):
             return image
@@ -109,6 +115,8 @@ def find(
             return image
         except GhstError as error:
             report(f"download: {error}")
+        if definition.chip != "rp2040":
+            allow_build = False  # its images are of another UF2 family
         if allow_build and version in (None, DEBIAN_VERSION):
             from ghst_tools import micropython_debian
 
@@ -139,8 +147,8 @@ def _cached(folder: Path, stem: str, version: str | None) -> Path | None:
 
 
 @contextlib.contextmanager
-def _lock(folder: Path, report: Report) -> Iterator[None]:
-    """One process at a time gets an image; the lock dies with its holder."""
+def lock(folder: Path, report: Report) -> Iterator[None]:
+    """One process at a time works in the cache; the lock dies with its holder."""
     import fcntl
 
     try:
@@ -154,7 +162,7 @@ def _lock(folder: Path, report: Report) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            report("waiting for another ghst that is getting MicroPython")
+            report("waiting for another ghst that is busy with MicroPython")
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
@@ -163,6 +171,8 @@ def _download(stem: str, version: str, image: Path, report: Report) -> None:
     """Fetch the official image from the address that rp2040py lists for it."""
     from rp2040py.utils.firmware_retrieve import MICROPYTHON
 
+    if stem not in _EMULATOR_BOARDS:
+        raise GhstError(f"the address of {stem} is not known")
     listed = (MICROPYTHON.boards or {})[_EMULATOR_BOARDS[stem]].fw
     if version not in listed:
         raise GhstError(f"there is no official MicroPython {version} for {stem}")

@@ -126,12 +126,18 @@ class ConsoleServer:
 @click.option("--empty", is_flag=True, help="Start with an empty file system, like a new board.")
 def command(name: str, tcp_port: int, image: Path | None, empty: bool) -> None:
     """Run the emulated board with its console on a TCP port, until Ctrl-C."""
-    boards.load(name)
+    definition = boards.load(name)
+    pico = boards.load(boards.DEFAULT_BOARD)
+    if definition.micropython_board != pico.micropython_board:
+        raise GhstError(
+            f"{name} cannot be emulated: only boards that run {pico.micropython_board}"
+        )
     micropython = micropython_image.find(board=name)
     if image is None and not empty:
         image = filesystem.write(name)
     server = ConsoleServer(Board(micropython, image), tcp_port)
-    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
+    # Not the handler of SIGINT: in a background job of a shell that one is ignored.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     click.echo(f"{name} is at {server.address}: mpremote connect {server.address}")
     with contextlib.suppress(KeyboardInterrupt):
         server.serve()

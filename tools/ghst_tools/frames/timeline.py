@@ -53,7 +53,7 @@ class Timeline:
         self._ends_s = np.zeros(0)
         self._forgotten = 0
         self._length = 0
-        self._end_s = -np.inf
+        self._end_s = 0.0  # nobody listened before
 
     def add(self, reads: Reads) -> Seconds:
         """Take the reads that follow in the stream; returns when the first byte of each began."""

@@ -1,0 +1,1 @@
+include("../../frozen", board="adafruit_itsybitsy_rp2040")  # noqa: F821

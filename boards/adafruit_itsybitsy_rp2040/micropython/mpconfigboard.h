@@ -1,0 +1,2 @@
+#define MICROPY_HW_BOARD_NAME "Adafruit ItsyBitsy RP2040"
+#define MICROPY_HW_FLASH_STORAGE_BYTES (7 * 1024 * 1024)

@@ -1,0 +1,7 @@
+set(MICROPY_BOARD GHST_ESP32_C3_SUPERMINI)
+set(IDF_TARGET esp32c3)
+set(SDKCONFIG_DEFAULTS
+    boards/sdkconfig.base
+    ${MICROPY_BOARD_DIR}/sdkconfig.board
+)
+set(MICROPY_FROZEN_MANIFEST ${MICROPY_BOARD_DIR}/manifest.py)

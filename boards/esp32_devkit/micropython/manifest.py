@@ -1,0 +1,1 @@
+include("../../frozen", board="esp32_devkit")  # noqa: F821

@@ -1,0 +1,6 @@
+set(MICROPY_BOARD GHST_ESP32_DEVKIT)
+set(IDF_TARGET esp32)
+set(SDKCONFIG_DEFAULTS
+    boards/sdkconfig.base
+)
+set(MICROPY_FROZEN_MANIFEST ${MICROPY_BOARD_DIR}/manifest.py)

@@ -1,0 +1,1 @@
+include("../../frozen", board="rpi_pico")  # noqa: F821

@@ -1,0 +1,1 @@
+include("../../frozen", board="rpi_pico2")  # noqa: F821

@@ -1,0 +1,5 @@
+set(MICROPY_BOARD GHST_RPI_PICO2)
+set(PICO_BOARD pico2)
+set(PICO_PLATFORM rp2350)
+set(MICROPY_FROZEN_MANIFEST ${MICROPY_BOARD_DIR}/manifest.py)
+include(${MICROPY_BOARD_DIR}/../../frozen/native_code.cmake)

@@ -1,0 +1,2 @@
+#define MICROPY_HW_BOARD_NAME "Raspberry Pi Pico2"
+#define MICROPY_HW_FLASH_STORAGE_BYTES (3 * 1024 * 1024)

@@ -1,0 +1,5 @@
+set(MICROPY_BOARD GHST_SEEED_XIAO_RP2040)
+set(PICO_BOARD seeed_xiao_rp2040)
+set(PICO_PLATFORM rp2040)
+set(MICROPY_FROZEN_MANIFEST ${MICROPY_BOARD_DIR}/manifest.py)
+include(${MICROPY_BOARD_DIR}/../../frozen/native_code.cmake)

@@ -1,0 +1,5 @@
+set(MICROPY_BOARD GHST_WAVESHARE_RP2040_ZERO)
+set(PICO_BOARD waveshare_rp2040_zero)
+set(PICO_PLATFORM rp2040)
+set(MICROPY_FROZEN_MANIFEST ${MICROPY_BOARD_DIR}/manifest.py)
+include(${MICROPY_BOARD_DIR}/../../frozen/native_code.cmake)

@@ -1,0 +1,44 @@
+"""Draws the wiring of the boards and writes docs/boards.md: `ghst wiring`."""
+
+from pathlib import Path
+
+import click
+
+from ghst_tools import boards, boards_document
+from ghst_tools.filesystem import write_file
+from ghst_tools.wiring_picture import WiringPicture
+
+DOCUMENT = "docs/boards.md"
+
+
+def picture_path(name: str) -> str:
+    """Where a board's picture is, below the checkout."""
+    return f"docs/img/wiring_{name}.svg"
+
+
+def documents(root: Path | None = None) -> dict[str, bytes]:
+    """Everything that is made of the boards' files: path below the checkout -> content."""
+    all_boards = list(boards.load_all(root))
+    made = {picture_path(board.name): WiringPicture(board).draw() for board in all_boards}
+    made[DOCUMENT] = boards_document.document(all_boards).encode()
+    return made
+
+
+@click.command()
+@click.option("--board", help="Draw this board only, and leave the rest alone.")
+@click.option("--all", "every", is_flag=True, help="All boards; as without --board.")
+@click.option(
+    "--tree", type=click.Path(path_type=Path, file_okay=False), help="Checkout to write to."
+)
+def command(board: str | None, every: bool, tree: Path | None) -> None:
+    """Draw the wiring of the boards and write docs/boards.md, from boards/*/board.json."""
+    if board and every:
+        raise click.UsageError("--board and --all exclude each other")
+    root = tree or boards.checkout()
+    if board:
+        made = {picture_path(board): WiringPicture(boards.load(board, root)).draw()}
+    else:
+        made = documents(root)
+    for path, content in made.items():
+        write_file(root / path, content)
+        click.echo(root / path)
