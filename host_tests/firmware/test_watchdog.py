@@ -148,7 +148,8 @@ def test_a_second_ctrl_c_does_not_stop_it_half_way(pico: Pico) -> None:
         pico.board.console.write(b"\x03")
         pico.board.run_for(20e6)
         pico.board.console.write(b"main()\r")
-        pico.board.run_for(60e6)
+        started = pico.board.now_ns
+        pico.board.run_until(lambda started=started: bool(pico.meter.since(started, 6)), 1e9)
     receiver.stop()
 
 
