@@ -2,9 +2,6 @@
 
 import machine
 
-_UART_BUFFER = 512
-"""Bytes for a GPS: 44 ms at 115200 baud."""
-
 
 def sensors(board, settings):
     """Returns ({name: sensor}, [line about each one that is left out]).
@@ -66,8 +63,7 @@ def _gps(board, options, buses):
     from firmware.sensors.gps import Gps
 
     port = _pin_of(board, "gps_uart")
-    uart = machine.UART(port["id"], tx=port["tx"], rx=port["rx"], rxbuf=_UART_BUFFER)
-    return Gps(uart, **options)
+    return Gps(machine.UART(port["id"], tx=port["tx"], rx=port["rx"]), **options)
 
 
 def _bus(board, buses):
