@@ -47,6 +47,10 @@ class Adapter:
         failsafe=None,
         failsafe_ms=500,
         led=None,
+        led_active_low=False,
+        arming=None,
+        link_limits=None,
+        broken=False,
         wire="pio",
         tx_pin=None,
     ):
@@ -54,9 +58,11 @@ class Adapter:
 
         `wire_pin`: GPIO of the Ghost wire. `wire`: "pio", or "uart" where `wire_pin` is RX of a
         UART and `tx_pin` (default: the GPIO below) its TX, tied to it. `channels`: {GPIO: channel
-        1..16}. `failsafe`: {GPIO: outputs.HOLD, outputs.NONE or quarter microseconds}.
-        `failsafe_ms`: 110..10000, two frames of Long Range at least. `led`: GPIO or None. Raises
-        `ValueError` for what cannot be, and while another adapter runs.
+        1..16 or `Output`}; `arming`, `link_limits`: as `ServoOutputs` has them. `failsafe`:
+        {GPIO: outputs.HOLD, outputs.NONE or quarter microseconds}. `failsafe_ms`: 110..10000, two
+        frames of Long Range at least. `led`: GPIO or None. `broken`: whether the LED shows that
+        the configuration is. Raises `ValueError` for what cannot be, and while another adapter
+        runs.
         """
         if _running:
             raise ValueError("an adapter is running: stop it first")
@@ -74,9 +80,11 @@ class Adapter:
             if tx_pin in channels or tx_pin == led:
                 raise ValueError(f"GP{tx_pin} is TX of the Ghost wire and something else")
         self._started = False
-        self.outputs = ServoOutputs(channels, failsafe=failsafe)
         self._wire, slot = _drivers(wire, wire_pin, tx_pin)
         self.receiver = Receiver(self._wire.memory)
+        self.outputs = ServoOutputs(
+            channels, self.receiver, failsafe=failsafe, arming=arming, link_limits=link_limits
+        )
         self.control = Control(
             self._wire,
             slot,
@@ -84,6 +92,8 @@ class Adapter:
             self.outputs,
             failsafe_ms=failsafe_ms,
             led=led,
+            led_active_low=led_active_low,
+            broken=broken,
         )
 
     def start(self, *, watchdog=True):

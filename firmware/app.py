@@ -1,13 +1,14 @@
-"""The application: reads the board's description, flies, and leaves the pins quiet."""
+"""The application: reads the configuration, flies, and leaves the pins quiet."""
 
+import gc
 import sys
 import time
 
 import machine
 import micropython
 
-from firmware import board, chip
-from firmware.adapter import Adapter
+import firmware
+from firmware import chip
 from firmware.chip import this_chip
 from ghst import __version__
 
@@ -16,34 +17,47 @@ _LOOP_MS = 3  # more than one round for each slot at 160 Hz, with what a round t
 _CTRL_C = 3
 
 
-def _prepare(path):
+def _prepare():
+    from firmware.configuration.build import adapter
+    from firmware.configuration.load import BoardError, load
+
     if sys.implementation.version[:2] < _OLDEST_MICROPYTHON:
         version = ".".join(str(part) for part in sys.implementation.version[:3])
-        raise board.BoardError(f"MicroPython {version} is too old: 1.25 or newer is needed")
-    here = board.load(path)
+        raise ValueError(f"MicroPython {version} is too old: 1.25 or newer is needed")
+    try:
+        here = load()
+    except BoardError as error:
+        raise ValueError(error) from None
     name = this_chip().NAME
-    if here.chip != name:
-        raise board.BoardError(f"{path} is for an {here.chip}, this is an {name}")
-    return here, Adapter(
-        here.wire,
-        here.servos,
-        failsafe=here.failsafe,
-        failsafe_ms=here.failsafe_ms,
-        led=here.led,
-        **here.wire_options,
-    )
+    if here.board["chip"] != name:
+        raise ValueError(f"/board.json is for an {here.board['chip']}, this is an {name}")
+    for problem in here.problems:
+        print(f"micropython-ghst: {problem}. Nothing moves.")
+    return here, adapter(here)
+
+
+def _forget_configuration():
+    """Gives the memory of the validator back, which is not needed any more."""
+    for name in [name for name in sys.modules if name.startswith("firmware.configuration")]:
+        del sys.modules[name]
+    del firmware.configuration
+    gc.collect()
 
 
 def _hello(here):
-    """Returns what is said as soon as servos can move: `here` is the board."""
-    servos = " ".join(f"GP{pin}={here.servos[pin]}" for pin in sorted(here.servos))
+    """Returns what is said as soon as servos can move; `here` is the configuration."""
+    values = here.values
     version = ".".join(str(part) for part in sys.implementation.version[:3])
-    text = f"micropython-ghst {__version__} on {here.name}, MicroPython {version}\n"
-    text += f"wire GP{here.wire}, "
-    if here.role == "goggles":
+    text = f"micropython-ghst {__version__} on {here.board['name']}, MicroPython {version}\n"
+    text += f"wire GP{values['wire']['pin']}, "
+    if here.problems:
+        text += f"nothing moves: {here.problems[0]}"
+    elif values[""]["role"] == "goggles":
         text += "goggles"
     else:
-        text += f"servos {servos}, failsafe after {here.failsafe_ms} ms"
+        outputs = values["outputs"]
+        servos = " ".join(f"GP{pin}={outputs[pin]['channel']}" for pin in sorted(outputs))
+        text += f"servos {servos}, failsafe after {values['failsafe']['time_ms']} ms"
     # reset_cause() cannot tell a time-out from machine.reset(), which uses the watchdog too.
     if machine.mem32[this_chip().WATCHDOG + chip.WATCHDOG_REASON] & 1:
         text += "\nrestarted by the watchdog"
@@ -109,11 +123,11 @@ def run(application, hello, fault=None):
         began_us = now_us
 
 
-def main(path="/board.json"):
-    """Starts the adapter that `path` describes and runs it until Ctrl-C."""
+def main():
+    """Starts the adapter that the configuration describes and runs it until Ctrl-C."""
     try:
-        here, adapter = _prepare(path)
-    except (board.BoardError, ValueError) as error:
+        here, adapter = _prepare()
+    except ValueError as error:
         print(f"micropython-ghst: {error}. Nothing moves.")
         return
     except OSError as error:
@@ -123,6 +137,7 @@ def main(path="/board.json"):
         adapter.start()
         hello = _hello(here)
         print(hello)
+        _forget_configuration()
         # The servos follow already: loading the rest takes most of a second.
         try:
             from firmware.application import Application

@@ -25,24 +25,25 @@ _VTX_KEYS = (
 class Application:
     """What runs on a board, for `/user.py` to add to.
 
-    `board`; `adapter`, `receiver`; `sensors` {name: sensor} and `missing`, lines about those that
-    are left out; `state`, the values that MSP answers with; `responder`, to add MSP commands to;
-    `settings`; `on_vtx(kind, application)`, called in the main loop (`firmware.vtx`), or None;
-    `rx5808`, the video receiver module of goggles, or None; `console`, to add commands to
-    (`firmware.console`); `steps`, functions of the time in ms
-    that the main loop calls one after the other in every round: none may take more than 5 ms.
+    `configuration`; `adapter`, `receiver`; `sensors` {name: sensor} and `missing`, lines about
+    those that are left out; `state`, the values that MSP answers with; `responder`, to add MSP
+    commands to; `settings`; `on_vtx(kind, application)`, called in the main loop
+    (`firmware.vtx`), or None; `rx5808`, the video receiver module of goggles, or None; `console`,
+    to add commands to (`firmware.console`); `steps`, functions of the time in ms that the main
+    loop calls one after the other in every round: none may take more than 5 ms.
     """
 
-    def __init__(self, board, adapter):
-        """`board`: a `firmware.board.Board`; `adapter`: as it describes it, running or not."""
-        self.board = board
+    def __init__(self, configuration, adapter):
+        """`configuration`: from `load`; `adapter`: as it describes it, running or not."""
+        self.configuration = configuration
+        values = configuration.values
         self.adapter = adapter
         self.receiver = adapter.receiver
         self.settings = Settings()
         self.settings.load()
-        self.sensors, self.missing = devices.sensors(board, self.settings)
+        self.sensors, self.missing = devices.sensors(values)
         self.on_vtx = None
-        self.rx5808 = self._video_receiver() if board.role == "goggles" else None
+        self.rx5808 = self._video_receiver() if values[""]["role"] == "goggles" else None
         self.state = self._state()
         self.responder = Responder()
         answer(self.responder, self.state, on_vtx=self._vtx_set, on_save=self._save)
@@ -66,30 +67,29 @@ class Application:
 
     def _video_receiver(self):
         try:
-            return devices.video_receiver(self.board)
-        except (ImportError, ValueError) as error:
+            return devices.video_receiver(self.configuration.values)
+        except ImportError as error:
             self.missing.append(f"rx5808: {error}")
         return None
 
     def _state(self):
         state = State()
-        name = self.board.name.encode()
-        state.craft_name = state.board_name = state.target_name = name
-        state.board_identifier = self.board.chip[:4].upper().encode()
+        board = self.configuration.board
+        values = self.configuration.values
+        state.board_name = state.target_name = board["name"].encode()
+        state.craft_name = values[""]["name"].encode() or state.board_name
+        state.board_identifier = board["chip"][:4].upper().encode()
         state.uid = machine.unique_id()
         state.pulses = self.receiver.pulses
         battery = self.sensors.get("battery")
         state.capacity_mah = battery.capacity_mah if battery else None
         for key in _VTX_KEYS:
-            saved = self.settings.get("vtx", key, None)
-            # The type is what keeps a hand-written file from breaking an answer.
-            if type(saved) is type(getattr(state, key)):
-                setattr(state, key, saved)
+            setattr(state, key, values["vtx"][key])
         return state
 
     def _alive(self, now_ms):
         link = self.adapter.poll()
-        self.state.armed = link == LINKED
+        self.state.armed = link == LINKED and self.adapter.outputs.armed
         self.state.rssi_percent = self.receiver.rssi_percent
 
     def _vtx_event(self, kind):

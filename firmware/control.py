@@ -33,12 +33,22 @@ class Control:
     """Joins a wire, a receiver and outputs by the two interrupts, and shows what they found."""
 
     def __init__(
-        self, wire, slot, receiver, outputs, *, failsafe_ms=500, led=None, state_machine=7
+        self,
+        wire,
+        slot,
+        receiver,
+        outputs,
+        *,
+        failsafe_ms=500,
+        led=None,
+        led_active_low=False,
+        broken=False,
+        state_machine=7,
     ):
         """`wire` and `slot`: drivers that were not started; `led`: GPIO number or None.
 
-        `failsafe_ms`: time without a valid control frame until failsafe. `state_machine`: the one
-        that gives the tick.
+        `failsafe_ms`: time without a valid control frame until failsafe. `broken`: whether the
+        LED shows that the configuration is. `state_machine`: the one that gives the tick.
         """
         self._slot = slot
         self._wire = wire
@@ -57,6 +67,8 @@ class Control:
         words[word.TAIL] = address(receiver.memory) + 4 * TAIL
         words[word.LINE_QUIET] = address(receiver.memory) + 4 * LINE_QUIET
         words[word.PULSES] = address(receiver.pulses)
+        words[word.BROKEN] = broken
+        words[word.LOST] = outputs.lost_address
         words[word.TABLE] = address(outputs.table)
         words[word.TABLE_BYTES] = 4 * len(outputs.table)
         words[word.FAILSAFE_PULSES] = address(outputs.failsafe_pulses)
@@ -79,14 +91,18 @@ class Control:
             words[word.CHECKS + 2 * index] = register
             words[word.CHECKS + 2 * index + 1] = bit
         if led is not None:
-            machine.Pin(led, machine.Pin.OUT, value=0)
-            words[word.LED_ON] = registers.GPIO_SET
-            words[word.LED_OFF] = registers.GPIO_CLEAR
+            machine.Pin(led, machine.Pin.OUT, value=led_active_low)
+            levels = (registers.GPIO_SET, registers.GPIO_CLEAR)
+            words[word.LED_ON] = levels[led_active_low]
+            words[word.LED_OFF] = levels[not led_active_low]
             words[word.LED_MASK] = 1 << led
         # The interrupts know all of this by address alone: whoever starts them keeps this object.
-        self._on_frame = frame_handler(address(words), receiver.memory, receiver.pulses, scan)
+        self._on_frame = frame_handler(
+            address(words), receiver.memory, receiver.pulses, outputs.decoder(scan)
+        )
         self._on_tick = tick_handler(address(words))
         self._led = led
+        self._led_off = led_active_low
         self._tick = rp2.StateMachine(state_machine, _tick_program, freq=1026 * 1000 // _TICK_MS)
 
     def start(self, *, watchdog=True):
@@ -111,7 +127,7 @@ class Control:
         self._tick.active(0)
         self._tick.irq(None)
         if self._led is not None:
-            machine.Pin(self._led, machine.Pin.OUT, value=0)
+            machine.Pin(self._led, machine.Pin.OUT, value=self._led_off)
 
     def alive(self):
         """Tells the tick that the main loop runs; to be called at least once a second."""

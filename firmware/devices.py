@@ -1,13 +1,13 @@
-"""Makes the sensors that the board's description names, of those whose files are on the board."""
+"""Makes the sensors that the configuration names, of those whose files are on the board."""
 
 import machine
 
 
-def sensors(board, settings):
+def sensors(values):
     """Returns ({name: sensor}, [line about each one that is left out]).
 
-    `board`: a `firmware.board.Board`; `settings`: `Settings` with what was calibrated. Left out
-    is what has impossible options, too: no sensor keeps the servos from moving.
+    `values`: those of the configuration. Left out is what has impossible options, too: no sensor
+    keeps the servos from moving.
     """
     made = {}
     missing = []
@@ -18,78 +18,81 @@ def sensors(board, settings):
         ("barometer", _barometer),
         ("magnetometer", _magnetometer),
     ):
-        if name not in board.sensors:
+        if not values[name]["enabled"]:
             continue
-        options = dict(board.sensors[name])
-        offset_nt = settings.get(name, "offset_nt")
-        if offset_nt is not None:
-            options["offset_nt"] = offset_nt
         try:
-            sensor = make(board, options, buses)
+            sensor = make(values[name], values, buses)
         except ImportError as error:
             missing.append(f"{name}: its file is not on this board: {error}")
         except (ValueError, TypeError) as error:
-            missing.append(f"{name}: sensors.{name} in the board's description: {error}")
+            missing.append(f"{name}: {error}")
         else:
             made[name] = sensor
     return made, missing
 
 
-def _pin_of(board, key):
-    value = board.pins.get(key)
-    if value is None:
-        raise ValueError(f"pins.{key} is missing")
-    return value
-
-
-def _battery(board, options, buses):
+def _battery(own, values, buses):
     from firmware.scratch import Scratch
     from firmware.sensors.battery import Battery
 
-    voltage = board.pins.get("battery_adc")
-    # A current sensor cannot be told from an open input: there is one where its scale is given.
-    current = board.pins.get("current_adc") if "current_mv_per_a" in options else None
-    if "divider" in options:
-        options["divider_permille"] = round(options.pop("divider") * 1000)
+    voltage = own["voltage_pin"]
+    current = own["current_pin"]
     return Battery(
         None if voltage is None else machine.ADC(voltage),
         None if current is None else machine.ADC(current),
         store=Scratch(),
-        **options,
+        divider_permille=round(own["divider"] * 1000),
+        current_mv_per_a=own["current_mv_per_a"],
+        current_offset_mv=own["current_offset_mv"],
+        reference_mv=own["reference_mv"],
+        cells=own["cells"],
+        cell_low_mv=own["cell_low_mv"],
+        cell_critical_mv=own["cell_critical_mv"],
+        capacity_mah=own["capacity_mah"],
     )
 
 
-def _gps(board, options, buses):
+def _gps(own, values, buses):
     from firmware.sensors.gps import Gps
 
-    port = _pin_of(board, "gps_uart")
-    return Gps(machine.UART(port["id"], tx=port["tx"], rx=port["rx"]), **options)
+    uart = machine.UART(own["uart"], tx=own["tx_pin"], rx=own["rx_pin"])
+    return Gps(uart, minimum_satellites=own["minimum_satellites"], configure=own["configure"])
 
 
-def _bus(board, buses):
+def _bus(values, buses):
     from firmware.sensors.i2c_bus import I2cBus
 
     if "i2c" not in buses:
-        port = _pin_of(board, "i2c")
-        buses["i2c"] = I2cBus(port["id"], sda=port["sda"], scl=port["scl"])
+        port = values["i2c"]
+        buses["i2c"] = I2cBus(port["bus"], sda=port["sda_pin"], scl=port["scl_pin"])
     return buses["i2c"]
 
 
-def _barometer(board, options, buses):
+def _barometer(own, values, buses):
     from firmware.sensors.barometer import Barometer
 
-    return Barometer(_bus(board, buses), **options)
+    return Barometer(_bus(values, buses), address=own["address"])
 
 
-def _magnetometer(board, options, buses):
+def _magnetometer(own, values, buses):
     from firmware.sensors.magnetometer import Magnetometer
 
-    return Magnetometer(_bus(board, buses), **options)
+    return Magnetometer(
+        _bus(values, buses),
+        address=own["address"],
+        offset_nt=own["offset_nt"],
+        declination_decideg=round(10 * own["declination_deg"]),
+        rotation_deg=own["rotation_deg"],
+        upside_down=own["upside_down"],
+    )
 
 
-def video_receiver(board):
-    """Returns the `Rx5808` of goggles; raises `ValueError` or `ImportError` if it cannot be."""
+def video_receiver(values):
+    """Returns the `Rx5808` of goggles, None where it has no pins."""
+    own = values["rx5808"]
+    pins = [own[key] for key in ("clock_pin", "data_pin", "select_pin")]
+    if None in pins:
+        return None
     from firmware.rx5808 import Rx5808
 
-    pins = _pin_of(board, "rx5808")
-    return Rx5808(*[machine.Pin(pins[key]) for key in ("clock", "data", "select")])
+    return Rx5808(*[machine.Pin(pin) for pin in pins])

@@ -17,9 +17,11 @@ MAXIMUM = const(8800)
 NONE = const(0)
 HOLD = const(-1)
 
-# Words of a PWM slice in the table of the outputs: address of its compare register, PWM counts of
-# a quarter microsecond times 65536, channels of its outputs A and B, numbers of these outputs.
-SLICE_WORDS = const(6)
+# Words of a PWM slice in the table of the outputs: address of its compare register; then for its
+# outputs A and B the address of the pulse, PWM counts of a quarter microsecond times 65536, what
+# is added to their product, and the address of the failsafe pulse.
+SLICE_WORDS = const(9)
+# Words of an output in the failsafe rules: address of its pulse, rule.
 
 SEARCHING = const(0)
 LINKED = const(1)
@@ -73,8 +75,10 @@ WATCHDOG_LOAD = const(42)  # 0 = no watchdog
 LED_ON = const(43)
 LED_OFF = const(44)
 LED_MASK = const(45)
-CHECKS_END = const(46)
-CHECKS = const(47)  # address and bits of each thing that must stay switched on
+BROKEN = const(46)  # the configuration is: for the LED
+LOST = const(47)  # address of a word that is set when the link ends
+CHECKS_END = const(48)
+CHECKS = const(49)  # address and bits of each thing that must stay switched on
 
 SENT_FLAG = const(16)
 
@@ -97,6 +101,7 @@ _LED_SEARCHING = const(0x00FF)
 _LED_LINKED = const(0xFFFF)
 _LED_FAILSAFE = const(0x5555)
 _LED_STUCK = const(0x0005)
+_LED_BROKEN = const(0x0015)
 
 
 def frame_handler(context, memory, pulses, decode):
@@ -142,29 +147,29 @@ def frame_handler(context, memory, pulses, decode):
             c[DRIVE] = 0
             at = c[TABLE]
             end = at + c[TABLE_BYTES]
-            channels = ptr16(c[PULSES])
             while at < end:
                 slice = ptr32(at)
-                low = channels[slice[2]]
-                high = channels[slice[3]]
+                low = ptr16(slice[1])[0]
+                high = ptr16(slice[5])[0]
                 # Zero is a channel that has not come, or not come back after failsafe; the rest
                 # is outside of the limits.
                 if uint(low - MINIMUM) > uint(MAXIMUM - MINIMUM):
                     if low == 0:
-                        low = ptr16(c[FAILSAFE_PULSES])[slice[4]]
+                        low = ptr16(slice[4])[0]
                     if low > MAXIMUM:
                         low = MAXIMUM
                     elif low < MINIMUM and low != 0:
                         low = MINIMUM
                 if uint(high - MINIMUM) > uint(MAXIMUM - MINIMUM):
                     if high == 0:
-                        high = ptr16(c[FAILSAFE_PULSES])[slice[5]]
+                        high = ptr16(slice[8])[0]
                     if high > MAXIMUM:
                         high = MAXIMUM
                     elif high < MINIMUM and high != 0:
                         high = MINIMUM
-                low = (low * slice[1] + 0x8000) >> 16
-                high = (high * slice[1] + 0x8000) >> 16
+                # Unsigned: a switch that is on counts beyond the whole period.
+                low = int(uint(low * slice[2] + slice[3]) >> 16)
+                high = int(uint(high * slice[6] + slice[7]) >> 16)
                 ptr32(slice[0])[0] = (high << 16) | low
                 at += 4 * SLICE_WORDS
         if controls and c[SLOT]:
@@ -219,16 +224,22 @@ def tick_handler(context):
                 while index < c[OUTPUTS]:
                     pulse = rules[2 * index + 1]
                     if pulse == HOLD:
-                        pulse = channels[rules[2 * index]]
+                        pulse = ptr16(rules[2 * index])[0]
                         if pulse == 0:
                             pulse = targets[index]
                     targets[index] = pulse
+                    index += 1
+                # Behind all of them: two outputs may follow one channel.
+                index = 0
+                while index < c[OUTPUTS]:
+                    ptr16(rules[2 * index])[0] = 0
                     index += 1
                 index = 0
                 while index < 16:
                     channels[index] = 0
                     index += 1
                 ptr32(c[RF_PROTOCOL])[0] = 0
+                ptr32(c[LOST])[0] = 1
                 c[LINK] = FAILSAFE
                 c[FAILSAFES] = c[FAILSAFES] + 1
                 c[DRIVE] = 1
@@ -267,7 +278,9 @@ def tick_handler(context):
 
         if c[LED_MASK]:
             pattern = _LED_SEARCHING
-            if idle >= _STUCK_TICKS:
+            if c[BROKEN]:
+                pattern = _LED_BROKEN
+            elif idle >= _STUCK_TICKS:
                 pattern = _LED_STUCK
             elif link == LINKED:
                 pattern = _LED_LINKED

@@ -8,77 +8,110 @@ import time
 from array import array
 
 import machine
+import uctypes
 
 from firmware import chip
-from firmware.interrupts import HOLD, MAXIMUM, MINIMUM, NONE, SLICE_WORDS
+from firmware.interrupts import MAXIMUM, MINIMUM, SLICE_WORDS
+from firmware.output import Output
+
+# The finest step for a frequency in Hz and above: PWM counts a second. 16 bits count a period, the
+# rate divides the clock evenly, and a product with the longest pulse has 31 bits.
+_RATES = ((123, 8_000_000), (62, 4_000_000), (0, 3_200_000))
 
 
 class ServoOutputs:
-    """The servo pins of a board, what each of them follows, and what it does in failsafe.
+    """The outputs of a board, what each of them follows, and what it does in failsafe.
 
     The interrupt writes pulses through `table`, slice by slice. `failsafe_pulses` holds what each
     output gives without its channel; `failsafe_rules` tells for each output what to put there:
-    two words, its channel and its rule.
+    two words, the address of its pulse and its rule. `shapes`: `Shapes` if there are outputs that
+    are not plain, else None.
     """
 
-    def __init__(self, channels, *, failsafe=None, frequency=50):
+    def __init__(self, channels, receiver, *, failsafe=None, arming=None, link_limits=None):
         """Prepares the pins; they stay low until a pulse width is written.
 
-        `channels`: {GPIO number: channel 1..16}, none for goggles. `failsafe`: {GPIO number:
-        HOLD, NONE or a pulse width in quarter microseconds}, NONE where absent. `frequency`:
-        50..400 Hz. Raises `ValueError` for pins that share a PWM channel and for values outside
-        these ranges.
+        `channels`: {GPIO number: `Output` or channel 1..16}, none for goggles. `receiver`: the
+        `ghst.Receiver` that brings the channels. `failsafe`: {GPIO number: HOLD, NONE or a pulse
+        width in quarter microseconds} of those given as a channel. `arming`: None or the arguments
+        of `Shapes.set_arming`, `link_limits`: None or those of `Shapes.set_link_limits`. Raises
+        `ValueError` for pins that share a PWM channel or a slice with another frequency, and for
+        values that cannot be.
         """
-        for pin in failsafe or ():
-            if pin not in channels:
-                raise ValueError(f"failsafe names GP{pin}, which is no servo output")
-        if not 50 <= frequency <= 400:
-            raise ValueError(f"servo frequency is {frequency} Hz, must be 50..400")
-        self._pins = sorted(channels)
+        self._outputs = _outputs(channels, failsafe or {})
+        self._pins = sorted(self._outputs)
         self._base = chip.this_chip().PWM
-        self._period_ms = -(-1000 // frequency)
-        # The finest step that 16 bits can count a period in and that divides the clock evenly.
-        rate = 4_000_000 if frequency >= 62 else 3_200_000
-        self._divider = (machine.freq() * 16 + rate // 2) // rate
-        counts = machine.freq() * 16 / self._divider
-        self._top = round(counts / frequency) - 1
         self._slices = sorted({pin >> 1 & 7 for pin in self._pins})
-        self.table = self._new_table(round(counts * 65536 / 4_000_000))
+        self._period_ms = 20
+        self.table = array("i", [0] * (SLICE_WORDS * len(self._slices)))
         self.failsafe_pulses = array("H", [0] * len(self._pins))
         self.failsafe_rules = array("i", [0] * (2 * len(self._pins)))
-        self._claim(channels, failsafe or {})
+        self._unused = array("i", [0])
+        self.shapes = self._shapes(receiver, arming, link_limits)
+        self._claim(receiver)
         self.enabled = tuple(
             (self._register(number, chip.PWM_CONTROL), 1) for number in self._slices
         )
         self._prepare()
 
-    def _new_table(self, scale):
-        table = array("i", [0] * (SLICE_WORDS * len(self._slices)))
-        for index, number in enumerate(self._slices):
-            table[index * SLICE_WORDS] = self._register(number, chip.PWM_COMPARE)
-            table[index * SLICE_WORDS + 1] = scale
-        return table
+    @property
+    def lost_address(self):
+        """Address of the word that the tick sets when the link ends."""
+        return self.shapes.lost_address if self.shapes else uctypes.addressof(self._unused)
 
-    def _claim(self, channels, failsafe):
+    def decoder(self, scan):
+        """Returns the function that the frame interrupt decodes with: `scan`, or more than it."""
+        return self.shapes.decoder(scan) if self.shapes else scan
+
+    @property
+    def armed(self):
+        """Whether motors run, where something arms them; else always."""
+        return self.shapes is None or not self.shapes.arming or self.shapes.armed
+
+    def _shapes(self, receiver, arming, link_limits):
+        count = len([output for output in self._outputs.values() if not output.plain])
+        if not count and link_limits is None:
+            return None
+        from firmware.shapes import Shapes
+
+        shapes = Shapes(receiver, count)
+        if arming:
+            shapes.set_arming(*arming)
+        if link_limits:
+            shapes.set_link_limits(*link_limits)
+        return shapes
+
+    def _claim(self, receiver):
         claimed = {}
+        frequencies = {}
         for index, pin in enumerate(self._pins):
-            channel = channels[pin]
-            rule = failsafe.get(pin, NONE)
-            if not 1 <= channel <= 16:
-                raise ValueError(f"GP{pin}: channel is {channel}, must be 1..16")
-            if rule not in (NONE, HOLD) and not MINIMUM <= rule <= MAXIMUM:
-                raise ValueError(f"GP{pin}: failsafe is {rule / 4} us, must be 800..2200")
-            word = self._slices.index(pin >> 1 & 7) * SLICE_WORDS + 2 + (pin & 1)
-            if word in claimed:
-                raise ValueError(f"GP{pin} shares its PWM channel with GP{claimed[word]}")
+            output = self._outputs[pin]
+            number = pin >> 1 & 7
+            place = (number, pin & 1)
+            if place in claimed:
+                raise ValueError(f"GP{pin} shares its PWM channel with GP{claimed[place]}")
+            other = frequencies.setdefault(number, pin)
+            if self._outputs[other].frequency_hz != output.frequency_hz:
+                raise ValueError(f"GP{pin} shares its PWM slice, so its frequency, with GP{other}")
+            failsafe = uctypes.addressof(self.failsafe_pulses) + 2 * index
+            pulse = uctypes.addressof(receiver.pulses) + 2 * (output.channel - 1)
+            if not output.plain:
+                pulse = self.shapes.add(output, failsafe)
+            at = self._slices.index(number) * SLICE_WORDS
+            self.table[at] = self._register(number, chip.PWM_COMPARE)
+            scale, added = _scale(output)
+            words = (pulse, scale, added, failsafe)
             # The other half of a slice with one output takes the same pulse; no pin shows it.
-            for half in (word, word ^ 1):
-                if half not in claimed:
-                    self.table[half] = channel - 1
-                    self.table[half + 2] = index
-            claimed[word] = pin
-            self.failsafe_rules[2 * index] = channel - 1
-            self.failsafe_rules[2 * index + 1] = rule
+            for half in (pin & 1, ~pin & 1):
+                if half == pin & 1 or (number, half) not in claimed:
+                    for word in range(4):
+                        self.table[at + 1 + 4 * half + word] = words[word]
+            claimed[place] = pin
+            self.failsafe_rules[2 * index] = pulse
+            self.failsafe_rules[2 * index + 1] = output.failsafe
+            if output.switch:
+                # Off before its channel has come: zero would be no known level.
+                self.failsafe_pulses[index] = MINIMUM
 
     def _register(self, number, offset):
         return self._base + number * chip.PWM_SLICE_SIZE + offset
@@ -86,11 +119,13 @@ class ServoOutputs:
     def _prepare(self):
         write = machine.mem32
         for number in self._slices:
+            first = next(pin for pin in self._pins if pin >> 1 & 7 == number)
+            hertz = self._outputs[first].frequency_hz
             write[self._register(number, chip.PWM_CONTROL)] = 0
             write[self._register(number, chip.PWM_COUNTER)] = 0
             write[self._register(number, chip.PWM_COMPARE)] = 0
-            write[self._register(number, chip.PWM_DIVIDER)] = self._divider
-            write[self._register(number, chip.PWM_TOP)] = self._top
+            write[self._register(number, chip.PWM_DIVIDER)] = _divider(hertz)
+            write[self._register(number, chip.PWM_TOP)] = _top(hertz)
             write[self._register(number, chip.PWM_CONTROL)] = 1
         for pin in self._pins:
             machine.Pin(pin, mode=machine.Pin.ALT, alt=machine.Pin.ALT_PWM)
@@ -104,3 +139,50 @@ class ServoOutputs:
             machine.Pin(pin, machine.Pin.OUT, value=0)
         for number in self._slices:
             machine.mem32[self._register(number, chip.PWM_CONTROL)] = 0
+
+
+def _outputs(channels, failsafe):
+    for pin in failsafe:
+        if pin not in channels:
+            raise ValueError(f"failsafe names GP{pin}, which is no servo output")
+    outputs = {}
+    for pin, output in channels.items():
+        if isinstance(output, int):
+            try:
+                output = Output(output, failsafe=failsafe.get(pin, 0))
+            except ValueError as error:
+                raise ValueError(f"GP{pin}: {error}") from None
+        outputs[pin] = output
+    return outputs
+
+
+def _divider(hertz):
+    """Returns the clock divider in sixteenths."""
+    rate = next(rate for least, rate in _RATES if hertz >= least)
+    return (machine.freq() * 16 + rate // 2) // rate
+
+
+def _counts(hertz):
+    """Returns PWM counts a second."""
+    return machine.freq() * 16 / _divider(hertz)
+
+
+def _top(hertz):
+    return round(_counts(hertz) / hertz) - 1
+
+
+def _scale(output):
+    """Returns the factor from a pulse to its compare value, and what is added, times 65536."""
+    hertz = output.frequency_hz
+    if not output.switch:
+        return round(_counts(hertz) * 65536 / 4_000_000 / output.shortened), 0x8000
+    # Off is 0, on is beyond the period: more than 31 bits, and taken as unsigned.
+    scale = ((_top(hertz) + 1) << 16) // (MAXIMUM - MINIMUM)
+    rest = ((_top(hertz) + 1) << 16) - scale * (MAXIMUM - MINIMUM)
+    return scale, _word(rest - MINIMUM * scale)
+
+
+def _word(value):
+    """Returns the signed word with the lowest 32 bits of `value`."""
+    value &= 0xFFFFFFFF
+    return value - (value >> 31 << 32)

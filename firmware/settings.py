@@ -1,4 +1,4 @@
-"""What is set while the board runs and must outlast its power, in a JSON file.
+"""What is set while the board runs and must outlast its power: in the configuration's file.
 
     settings = Settings()
     settings.load()
@@ -16,14 +16,13 @@ name, which littlefs does in one piece.
 import json
 import os
 
-LARGEST = 8192
-"""Bytes that a file may have."""
+from firmware.json_text import LARGEST, parse
 
 _ENOSPC = 28
 
 
 class Settings:
-    """Sections of named values: None, numbers, strings, or lists of them.
+    """Sections of named values: None, numbers, strings, or lists of them; all else is kept.
 
     `changed`: whether there is something to save. `saves`: how often the file was written.
     `error`: one line about what went wrong with the file, None while nothing did.
@@ -64,7 +63,7 @@ class Settings:
     def get(self, section, key, default=None):
         """Returns a value, `default` if there is none. A list is not to be changed."""
         values = self._sections.get(section)
-        return default if values is None else values.get(key, default)
+        return values.get(key, default) if isinstance(values, dict) else default
 
     def set(self, section, key, value):
         """Changes a value here, not in the file; raises `ValueError` for what no file can hold."""
@@ -80,6 +79,8 @@ class Settings:
         if isinstance(value, (list, tuple)):
             value = values
         before = self._sections.setdefault(section, {})
+        if not isinstance(before, dict):
+            raise ValueError(f"{section} in {self._path} is no JSON object")
         # As text: 1, True and 1.0 are equal.
         if key not in before or json.dumps(before[key]) != json.dumps(value):
             before[key] = value
@@ -154,18 +155,13 @@ class Settings:
             if os.stat(path)[6] > LARGEST:
                 return None, f"{path} is broken: more than {LARGEST} bytes"
             with open(path) as file:
-                # MicroPython 1.25 takes an object that lacks its last brackets. In a list, what
-                # follows the object is seen only if that is whole.
-                sections, _ = json.loads("[" + file.read() + ", 1]")
+                sections = parse(file.read())
         except OSError as error:
             return None, f"{path} cannot be read: OSError {error}"
         except (ValueError, TypeError, RuntimeError, MemoryError):
             return None, f"{path} is broken: no valid JSON"
         if not isinstance(sections, dict):
             return None, f"{path} is broken: no JSON object"
-        for section, values in sections.items():
-            if not isinstance(section, str) or not isinstance(values, dict):
-                return None, f"{path} is broken: {section} is no JSON object"
         return sections, None
 
 

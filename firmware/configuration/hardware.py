@@ -17,16 +17,14 @@ def check_hardware(values, board, problems):
         if wire["tx_pin"] is None:
             problems.add("wire.tx_pin", "wire.tx_pin is missing, must be TX of the wire's UART")
         pins.claim("wire.tx_pin", wire["tx_pin"], "uart tx")
-        for name, standard in (("baud_rate", 420_000), ("inverted", False)):
-            if wire[name] != standard:
-                problems.add(f"wire.{name}", f"wire.{name} can be set with wire.driver pio only")
+        pins.check_uart(wire["pin"], wire["tx_pin"])
     if values[""]["role"] == "goggles":
         values["outputs"].clear()
         for name in ("clock_pin", "data_pin", "select_pin"):
             pins.claim(f"rx5808.{name}", values["rx5808"][name], "gpio")
     for pin in sorted(values["outputs"]):
         pins.claim(f"outputs.{pin}", pin, "pwm")
-    pins.claim("led.pin", values["led"]["pin"], "gpio")
+    pins.claim("led.pin", values["led"]["pin"], "led")
     _claim_sensors(values, pins)
     check = _check_ledc if esp else _check_slices
     check(values["outputs"], board, problems)
@@ -82,6 +80,18 @@ class _Pins:
         else:
             self.claim(key, pin, function)
 
+    def check_uart(self, rx_pin, tx_pin):
+        """Notes that the two pins of the wire are not of one UART."""
+        for name in self._functions:
+            if name.endswith(" rx") and rx_pin in self._functions[name]:
+                others = self._functions.get(name[:-2] + "tx", ())
+                if tx_pin is not None and tx_pin not in others:
+                    self._problems.add(
+                        "wire.tx_pin",
+                        f"wire.tx_pin: GPIO {tx_pin} is not TX of the UART whose RX GPIO {rx_pin} "
+                        "is",
+                    )
+
     def claim(self, key, pin, function):
         """Notes who uses a pin, unless it is None."""
         if pin is None:
@@ -99,12 +109,11 @@ class _Pins:
 
 
 def _is_a(name, function):
-    # "pwm3B" and "ledc" are pwm; "adc0" is adc; "uart1 tx" is uart tx; where any pin may be any
-    # signal of a bus, as on the ESP32, "uart" is "uart0 tx".
-    if function == "pwm":
-        return name == "ledc" or name.startswith("pwm")
-    if function == "adc":
-        return name.startswith("adc")
+    # Every pin that can be an output gives pulses; one that can be anything drives a LED.
+    # "uart1 tx" is uart tx; where any pin may be any signal of a bus, as on the ESP32, "uart" is
+    # "uart0 tx".
+    if function in ("pwm", "led"):
+        return name in ("gpio", "output")
     bus, _, signal = function.partition(" ")
     if not signal:
         return False

@@ -66,19 +66,6 @@ SECTIONS = {
         ),
         Pin("pin", 2, "wire", "The receiver's signal: the pin of pio, RX of uart."),
         Pin("tx_pin", None, "wire tx", "TX of uart; pio has none."),
-        Whole(
-            "baud_rate",
-            420_000,
-            100_000,
-            460_800,
-            "Bd",
-            "Speed of the wire. Ghost receivers talk at 420000; pio only for others.",
-        ),
-        Flag(
-            "inverted",
-            False,
-            "Whether the signal comes through an inverter: idle low. Ghost's is not; pio only.",
-        ),
     ),
     "arming": (
         Channel("channel", None, "Arms the outputs marked motor when it is high."),
@@ -87,7 +74,7 @@ SECTIONS = {
         Number("throttle_low_us", 1050, 900, 1300, "us", "Up to it the throttle is low."),
     ),
     "led": (
-        Pin("pin", None, "gpio", "The LED that shows the state. null: none."),
+        Pin("pin", None, "led", "The LED that shows the state. null: none."),
         Flag("active_low", False, "Whether the LED lights when its pin is low."),
     ),
     "battery": (
@@ -98,11 +85,11 @@ SECTIONS = {
         ),
         Pin("current_pin", None, "adc", "Output of a current sensor. null: there is none."),
         Number("current_mv_per_a", 40, 1, 5000, "mV/A", "Slope of the current sensor."),
-        Whole("current_offset_mv", 0, -1000, 3000, "mV", "Output of the current sensor at 0 A."),
+        Whole("current_offset_mv", 0, 0, 3000, "mV", "Output of the current sensor at 0 A."),
         Whole("reference_mv", 3300, 500, 6000, "mV", "Full scale of the ADC."),
         Whole("cells", 0, 0, 16, "", "Cells in series; 0: found out when the battery is plugged."),
-        Whole("cell_low_mv", 3500, 1000, 5000, "mV", "A cell below this is low."),
-        Whole("cell_critical_mv", 3300, 1000, 5000, "mV", "A cell below this is critical."),
+        Whole("cell_low_mv", 3500, 2500, 4350, "mV", "A cell below this is low."),
+        Whole("cell_critical_mv", 3300, 2500, 4350, "mV", "A cell below this is critical."),
         Whole("capacity_mah", 0, 0, 65_535, "mAh", "Capacity, for display; 0: not known."),
     ),
     "gps": (
@@ -195,7 +182,7 @@ OUTPUT = (
     ),
     Number("subtrim_us", 0, -200, 200, "us", "Shifts the middle; the ends stay."),
     Number("deadband_us", 0, 0, 100, "us", "Stick travel around the middle that moves nothing."),
-    Whole("slow_us_per_s", 0, 0, 20_000, "us/s", "How fast the pulse may change; 0: at once."),
+    Whole("slow_us_per_s", 0, 0, 10_000, "us/s", "How fast the pulse may change; 0: at once."),
     Failsafe(
         "failsafe",
         "none",

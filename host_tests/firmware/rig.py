@@ -11,6 +11,8 @@ from ghst_tools import filesystem as littlefs
 from ghst_tools.emulator import Board, GhostReceiver, PulseMeter, Wire
 
 SERVOS = {6: 1, 7: 2, 8: 3, 9: 4, 10: 5, 11: 6, 12: 7, 13: 8}
+SENSORS = ("battery", "gps", "barometer", "magnetometer")
+NO_SENSORS: dict[str, Any] = {name: {"enabled": False} for name in SENSORS}
 PWM_PAGE = 0x40050
 PERIOD_NS = 20e6
 FAILSAFE_NS = 500e6
@@ -87,20 +89,17 @@ class Pico:
 
     def boot(
         self,
-        board: dict[str, Any] | None = None,
+        configuration: dict[str, Any] = NO_SENSORS,
         until: bytes = b"link: searching",
         files: dict[str, bytes] | None = None,
     ) -> None:
         """Start the firmware as a user's board does.
 
-        `board`: another board.json; by default the board's own without its sensors, which take
-        their time to load. `files`: more files.
+        `configuration`: ghst.json; by default without sensors, which take their time to load.
+        `files`: more files.
         """
-        if board is None:
-            board = self.file("/board.json")
-            del board["sensors"]
-        replaced = {"/board.json": json.dumps(board).encode()} | (files or {})
-        self._power_on(self._files | replaced, until)
+        added = {"/ghst.json": json.dumps(configuration).encode()} | (files or {})
+        self._power_on(self._files | added, until)
         self.compares.clear()
 
     def run(

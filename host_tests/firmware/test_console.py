@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from rig import Pico
+from rig import NO_SENSORS, Pico
 
 import ghst
 from forked import forked
@@ -23,7 +23,7 @@ CENTRE = ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4)
 def powered(micropython_image: Path, firmware_files: dict[str, bytes]) -> Pico:
     """A Pico with the firmware and a magnetometer that finds its chip later; for forked tests."""
     pico = Pico(micropython_image, firmware_files, boards.load("rpi_pico").filesystem_size)
-    pico.boot(pico.file("/board.json") | {"sensors": {"magnetometer": {}}})
+    pico.boot(NO_SENSORS | {"magnetometer": {}})
     return pico
 
 
@@ -77,7 +77,7 @@ def test_calibrating_the_magnetometer_and_keeping_it(powered: Pico) -> None:
     assert abs(offset_nt[0] - IRON_NT[0]) < 600
     assert abs(offset_nt[1] - IRON_NT[1]) < 600
     saved = json.loads(littlefs.read(powered.board.flash_filesystem())["/ghst.json"])
-    assert saved["magnetometer"] == {"offset_nt": offset_nt}
+    assert saved == NO_SENSORS | {"magnetometer": {"offset_nt": offset_nt}}
     model.heading_deg = 90.0
     degrees = float(model.shown().partition("QMC5883L: ")[2].split()[0])
     assert abs(degrees - 90.0) < 2.0
@@ -90,13 +90,12 @@ def test_a_cancelled_calibration_changes_nothing(powered: Pico) -> None:
     model.turn(60)
     assert "cancelled" in type_line(powered, b"calibrate cancel", 400e6)
     assert "calibrating" not in model.shown()
-    assert "/ghst.json" not in littlefs.read(powered.board.flash_filesystem())
+    saved = json.loads(littlefs.read(powered.board.flash_filesystem())["/ghst.json"])
+    assert saved["magnetometer"] == {}
 
 
 def test_the_offset_is_taken_from_the_file(pico: Pico) -> None:
-    board = pico.file("/board.json") | {"sensors": {"magnetometer": {}}}
-    offset = {"magnetometer": {"offset_nt": [9000, -4000, 0]}}
-    pico.boot(board, files={"/ghst.json": json.dumps(offset).encode()})
+    pico.boot(NO_SENSORS | {"magnetometer": {"offset_nt": [9000, -4000, 0]}})
     model = Turned(pico)
     model.heading_deg = 270.0
     degrees = float(model.shown().partition("QMC5883L: ")[2].split()[0])

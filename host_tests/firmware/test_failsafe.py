@@ -1,7 +1,7 @@
 """What happens when the link dies, and when it comes back."""
 
 import pytest
-from rig import FAILSAFE_NS, PERIOD_NS, SERVOS, Pico
+from rig import FAILSAFE_NS, NO_SENSORS, PERIOD_NS, SERVOS, Pico
 
 import ghst
 
@@ -70,11 +70,9 @@ def test_hold_none_and_a_width_for_each_output(pico: Pico) -> None:
         assert [round(pulse.width_ns) for pulse in after[:5]] == held
 
 
-def test_the_board_file_names_failsafe_by_pin(pico: Pico) -> None:
-    board = pico.file("/board.json") | {"sensors": {}}
-    board["failsafe"] = {"6": "hold", "8": 1000.25}
-    board["failsafe_ms"] = 110
-    pico.boot(board=board)
+def test_the_configuration_names_failsafe_by_pin(pico: Pico) -> None:
+    outputs = {"6": {"failsafe": "hold"}, "8": {"failsafe": 1000.25}}
+    pico.boot(NO_SENSORS | {"outputs": outputs, "failsafe": {"time_ms": 110}})
     last = lose_the_link(pico)
     pico.board.run_for(200e6)
     assert 110e6 < failsafe_delay_ns(pico, last) <= 130e6

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from rig import SERVOS, Pico
+from rig import NO_SENSORS, SERVOS, Pico
 
 import ghst
 from forked import forked
@@ -13,6 +13,10 @@ from ghst_tools import boards
 from ghst_tools.emulator.rx5808 import Rx5808Module
 
 PINS = {"clock": 10, "data": 11, "select": 12}
+CONFIGURATION = {
+    "role": "goggles",
+    "rx5808": {"clock_pin": 10, "data_pin": 11, "select_pin": 12},
+}
 CENTRE = ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4)
 LINK = ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=6)
 
@@ -21,9 +25,7 @@ LINK = ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=6)
 def goggles(micropython_image: Path, firmware_files: dict[str, bytes]) -> Pico:
     """A Pico that is the goggles' side; for forked tests."""
     pico = Pico(micropython_image, firmware_files, boards.load("rpi_pico").filesystem_size)
-    board = pico.file("/board.json") | {"role": "goggles", "sensors": {}}
-    board["pins"] = board["pins"] | {"rx5808": PINS}
-    pico.boot(board)
+    pico.boot(NO_SENSORS | CONFIGURATION)
     return pico
 
 

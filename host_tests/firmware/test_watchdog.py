@@ -82,7 +82,8 @@ def test_after_a_reset_the_pins_are_quiet_until_the_link_is_back(pico: Pico) -> 
     reset = wait_for_reset(pico, 1.5e9)
     pico.board.run_for(700e6)
     assert pico.no_pulses_since(reset)
-    assert "restarted by the watchdog\nlink: searching" in pico.reply_to_enter()
+    text = pico.reply_to_enter()
+    assert "\nrestarted by the watchdog\n" in text and "\nlink: searching; frames 0," in text
     pico.fly(lambda index, t: CENTRE, 250)
     pico.board.run_for(50e6)
     assert not pico.no_pulses_since(reset)

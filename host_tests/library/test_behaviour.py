@@ -8,6 +8,7 @@ MODULES = (
     *("telemetry", "telemetry_memory", "schedule", "downlink"),
     *("msp_requests", "msp_replies", "msp_responder", "msp_answers", "msp_vtx", "msp_memory"),
     *("battery", "battery_cells", "battery_memory", "rx5808", "rx5808_memory", "settings"),
+    "configuration",
     *("gps_stream", "nmea_fields", "nmea", "ubx", "geodesy", "gps_garbage", "gps_memory"),
     *("sensor_arithmetic", "barometer_formulas", "hard_iron"),
 )

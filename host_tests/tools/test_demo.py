@@ -237,8 +237,8 @@ def test_a_board_that_does_something_else_is_not_right(
     """The demo expects another channel and an earlier failsafe than the firmware was told."""
     definition = boards.load(boards.DEFAULT_BOARD)
     values = json.loads(definition.definition)
-    values["pins"]["servos"] = {"6": 1, "9": 3}
-    values["failsafe_ms"] = 400
+    values["defaults"]["outputs"] = {"6": {"channel": 1}, "9": {"channel": 3}}
+    values["defaults"]["failsafe"] = {"time_ms": 400}
     other = dataclasses.replace(definition, definition=json.dumps(values).encode())
     files = filesystem.write(output=tmp_path / "filesystem.img")
     view = Seen()

@@ -76,7 +76,7 @@ def judged(change: Change = lambda frame: frame, sensors: Any = SENSORS, **wire:
     radio.listen(heard[:100])
     radio.listen(heard)
     result = Report("", "")
-    telemetry.judge(result, {"sensors": sensors}, receiver, radio, aircraft, devices)
+    telemetry.judge(result, {"defaults": sensors}, receiver, radio, aircraft, devices)
     return result
 
 

@@ -32,32 +32,4 @@ def device_file(values: Mapping[str, Any]) -> bytes:
         },
         "defaults": values["defaults"],
     }
-    if values["outputs_hardware"]["kind"] == "pwm_slices":
-        file |= legacy(values["defaults"])
     return json.dumps(file, separators=(",", ":")).encode()
-
-
-def legacy(defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """The same defaults under the keys that `firmware/board.py` reads today."""
-    pins: dict[str, Any] = {
-        "ghst_wire": defaults["wire"]["pin"],
-        "servos": {gpio: output["channel"] for gpio, output in defaults["outputs"].items()},
-    }
-    sensors: dict[str, Any] = {}
-    if "led" in defaults:
-        pins["led"] = defaults["led"]["pin"]
-    if "gps" in defaults:
-        gps = defaults["gps"]
-        pins["gps_uart"] = {"id": gps["uart"], "tx": gps["tx_pin"], "rx": gps["rx_pin"]}
-        sensors["gps"] = {}
-    if "i2c" in defaults:
-        i2c = defaults["i2c"]
-        pins["i2c"] = {"id": i2c["bus"], "sda": i2c["sda_pin"], "scl": i2c["scl_pin"]}
-    sensors |= {key: {} for key in ("barometer", "magnetometer") if key in defaults}
-    if "battery" in defaults:
-        battery = dict(defaults["battery"])
-        for old, new in (("battery_adc", "voltage_pin"), ("current_adc", "current_pin")):
-            if new in battery:
-                pins[old] = battery.pop(new)
-        sensors["battery"] = battery
-    return {"pins": pins, "sensors": sensors}

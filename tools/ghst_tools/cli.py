@@ -15,6 +15,7 @@ COMMANDS = {
     "image": ("ghst_tools.filesystem", "Write a board's file-system image."),
     "firmware": ("ghst_tools.frozen", "Build MicroPython with the firmware in it."),
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
+    "config": ("ghst_tools.configuration.command", "Check and show a board's configuration."),
     "emulate": ("ghst_tools.emulator.console_server", "Run the emulated board on a TCP port."),
     "demo": ("ghst_tools.demo.run", "Watch an emulated board follow a simulated receiver."),
     "bench": ("ghst_tools.bench.run", "Measure the firmware on the emulated chip."),

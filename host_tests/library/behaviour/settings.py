@@ -22,8 +22,6 @@ _BROKEN = (
     "[1]",
     "null",
     '"vtx"',
-    '{"vtx": 5}',
-    '{"a": {}, "b": null}',
     _OLD + "x",
 )
 _SUFFIXES = ("", ".new", ".broken")
@@ -222,6 +220,28 @@ def a_broken_file_is_told_and_kept_when_a_new_one_is_saved():
     _in_a_folder(test)
 
 
+def what_is_no_section_is_kept():
+    def test(path):
+        tree = {"name": "Wing", "vtx": 5, "outputs": {"6": {"channel": 3}}}
+        _put(path, json.dumps(tree))
+        settings = _loaded(path)
+        equal((settings.error, settings.get("vtx", "power", 7)), (None, 7))
+        for section in ("vtx", "name"):
+            try:
+                settings.set(section, "power", 1)
+            except ValueError as error:
+                assert section in str(error)
+            else:
+                raise AssertionError(section)
+        settings.set("gps", "configure", False)
+        settings.request_save()
+        equal(settings.poll(True), True)
+        tree["gps"] = {"configure": False}
+        equal(json.loads(_get(path)), tree)
+
+    _in_a_folder(test)
+
+
 def a_file_that_ends_too_early_is_broken():
     def test(path):
         for length in sample(range(len(_NEW)), 7):
@@ -238,7 +258,7 @@ def a_file_that_is_too_large_is_broken_and_not_written():
         _put(path, '{"a": {"b": "' + "x" * (LARGEST - 13) + '"}}')
         assert "bytes" in _loaded(path).error
         settings = Settings(path)
-        for index in range(9):
+        for index in range(17):
             settings.set("a", str(index), "x" * 1000)
         settings.request_save()
         equal((settings.poll(True), settings.changed, settings.saves), (False, True, 0))

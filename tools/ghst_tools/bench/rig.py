@@ -39,10 +39,10 @@ class Rig:
         self.definition = boards.load(board)
         self.files = device_files.collect(self.definition)
         self._image = image
-        pins = json.loads(self.definition.definition)["pins"]
-        self.wire_pin: int = pins["ghst_wire"]
-        self.servos = {int(pin): channel for pin, channel in pins["servos"].items()}
-        self._led: int = pins["led"]
+        defaults = json.loads(self.definition.definition)["defaults"]
+        self.wire_pin: int = defaults["wire"]["pin"]
+        self.servos = {int(pin): point["channel"] for pin, point in defaults["outputs"].items()}
+        self._led: int = defaults["led"]["pin"]
 
     def arguments(self, options: str = "") -> str:
         """The arguments of `Adapter(...)` for this board; `options`: more of them."""

@@ -122,27 +122,25 @@ def home_from(place: Place) -> tuple[float, float]:
 
 
 class Devices:
-    """What is connected to the board of the sensors that its description, `values`, names."""
+    """What is connected to the board of the sensors that its `defaults` name."""
 
-    def __init__(self, board: Board, aircraft: Aircraft, values: Mapping[str, Any]) -> None:
-        pins = values["pins"]
-        sensors = values.get("sensors", {})
+    def __init__(self, board: Board, aircraft: Aircraft, defaults: Mapping[str, Any]) -> None:
         self.gps: UbloxGps | None = None
-        if (battery := sensors.get("battery")) is not None:
+        if (battery := defaults.get("battery")) is not None:
             divider, volts_per_a = battery["divider"], battery["current_mv_per_a"] / 1000
-            board.adc(pins["battery_adc"] - _FIRST_ADC_PIN).set_volts(
+            board.adc(battery["voltage_pin"] - _FIRST_ADC_PIN).set_volts(
                 lambda t_ns: aircraft.volts(t_ns) / divider
             )
-            board.adc(pins["current_adc"] - _FIRST_ADC_PIN).set_volts(
+            board.adc(battery["current_pin"] - _FIRST_ADC_PIN).set_volts(
                 lambda t_ns: aircraft.amps(t_ns) * volts_per_a
             )
-        if "gps" in sensors:
+        if "gps" in defaults:
             # 9600 baud and NMEA: the firmware sets it up for 115200 and ten solutions a second.
-            uart = board.uart(pins["gps_uart"]["id"])
+            uart = board.uart(defaults["gps"]["uart"])
             self.gps = UbloxGps(uart, board.clock, aircraft.place, period_ms=_SOLUTION_MS)
             self.gps.start()
-        if "barometer" in sensors:
-            board.i2c(pins["i2c"]["id"]).attach(
+        if "barometer" in defaults:
+            board.i2c(defaults["i2c"]["bus"]).attach(
                 _BMP280_ADDRESS,
                 Bmp280(
                     board,
@@ -150,8 +148,8 @@ class Devices:
                     lambda t_ns: _AIR_C,
                 ),
             )
-        if "magnetometer" in sensors:
-            board.i2c(pins["i2c"]["id"]).attach(
+        if "magnetometer" in defaults:
+            board.i2c(defaults["i2c"]["bus"]).attach(
                 _QMC5883L_ADDRESS,
                 Qmc5883l(board, lambda t_ns: field_at(aircraft.course_deg(t_ns))),
             )

@@ -52,15 +52,19 @@ class EmulatedFlight:
         self, flight: Flight, image: Path, filesystem: Path, definition: boards.Board, view: View
     ) -> None:
         self.values = values = json.loads(definition.definition)
-        pins = values["pins"]
-        self.servos = {int(pin): channel for pin, channel in pins["servos"].items()}
-        self.failsafe_ms: int = values.get("failsafe_ms", _DEFAULT_FAILSAFE_MS)
-        failsafe = {int(pin): rule for pin, rule in values.get("failsafe", {}).items()}
+        defaults = values["defaults"]
+        self.servos = {int(pin): point["channel"] for pin, point in defaults["outputs"].items()}
+        self.failsafe_ms: int = defaults.get("failsafe", {}).get("time_ms", _DEFAULT_FAILSAFE_MS)
+        failsafe = {
+            int(pin): point["failsafe"]
+            for pin, point in defaults["outputs"].items()
+            if "failsafe" in point
+        }
         self.board = Board(image, filesystem)
         self.aircraft = Aircraft()
-        self.devices = Devices(self.board, self.aircraft, values)
+        self.devices = Devices(self.board, self.aircraft, defaults)
         self.radio = Radio()
-        wire = Wire(self.board, pins["ghst_wire"])
+        wire = Wire(self.board, defaults["wire"]["pin"])
         self.meter = PulseMeter(self.board, self.servos)
         self.recorder = VcdRecorder(
             self.board, {f"GP{pin}_ch{channel}": pin for pin, channel in self.servos.items()}, wire

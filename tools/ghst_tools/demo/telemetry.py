@@ -67,7 +67,7 @@ def judge(
     devices: Devices,
 ) -> None:
     """Add lines and failures to `result`; `values` is the board's description."""
-    sensors = values.get("sensors", {})
+    sensors = [sensor for sensor in _KINDS if sensor in values["defaults"]]
     if not sensors:
         result.lines.append(("telemetry", "none: the board's description names no sensors"))
         return

@@ -1,0 +1,68 @@
+"""Reads the board's description and the user's configuration at the start."""
+
+from firmware.configuration.check import check
+from firmware.json_text import LARGEST, parse
+
+BOARD_FILE = "/board.json"
+FILE = "/ghst.json"
+
+
+class BoardError(Exception):
+    """The board's description cannot be used; the text says where and why."""
+
+
+class Configuration:
+    """What the firmware goes by.
+
+    `board`: the description, a dict; `values`: as `check` returns them; `problems`: lines about
+    what is wrong with the user's file, none if all is well. With problems `values` are the
+    board's defaults, without outputs: nothing moves.
+    """
+
+    def __init__(self, board, tree, problems=()):
+        """`tree`: what stands in the user's file; `problems`: lines from reading it."""
+        self.board = board
+        self.problems = list(problems)
+        self.values, found = check(tree, board)
+        self.problems += [f"{FILE}: {text}" for _, text in found]
+        if self.problems:
+            self.values, found = check({}, board)
+            if found:
+                raise BoardError(f"{BOARD_FILE}: {found[0][1]}")
+            self.values["outputs"] = {}
+
+
+def load():
+    """Returns the `Configuration` of this board; raises `BoardError` with one clear line."""
+    board = _board()
+    problems = []
+    tree = {}
+    try:
+        with open(FILE) as file:
+            tree = parse(file.read(LARGEST))
+    except OSError:
+        pass  # no file: all is as the board has it
+    except Exception:
+        # Whatever it is that a broken file does to the parser.
+        problems.append(f"{FILE} is broken: no valid JSON")
+    return Configuration(board, tree, problems)
+
+
+def _board():
+    try:
+        with open(BOARD_FILE) as file:
+            text = file.read()
+    except OSError:
+        try:
+            from ghst_board import DEFINITION
+        except ImportError:
+            raise BoardError(f"{BOARD_FILE} is missing: flash the board again") from None
+        text = str(DEFINITION, "utf-8")
+    try:
+        board = parse(text)
+    except (ValueError, TypeError):
+        raise BoardError(f"{BOARD_FILE} is not valid JSON: flash the board again") from None
+    for key, kind in (("name", str), ("chip", str), ("functions", dict), ("defaults", dict)):
+        if not isinstance(board, dict) or not isinstance(board.get(key), kind):
+            raise BoardError(f"{BOARD_FILE}: {key} is missing or wrong: flash the board again")
+    return board
