@@ -5,13 +5,15 @@ PORT ?=
 MICROPYTHON ?=
 JOBS ?= 2
 PYTEST_ARGS ?=
+# Where sigrok looks for a user's decoders.
+DECODERS ?= $(or $(XDG_DATA_HOME),$(HOME)/.local/share)/libsigrokdecode/decoders
 
 VENV := .venv/.complete
 PYTHON_IN_VENV := .venv/bin/python
 GHST := .venv/bin/ghst
 
 .DEFAULT_GOAL := help
-.PHONY: help demo bench test lint micropython image firmware flash .venv clean
+.PHONY: help demo bench test lint micropython image firmware flash sigrok .venv clean
 
 help: ## This list
 	@sed -n 's/^\([a-z][a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -23,6 +25,7 @@ bench: $(VENV) ## Measure the firmware on the emulated chip, write docs/figures.
 	@$(GHST) bench
 
 test: $(VENV) micropython image firmware ## Run every test: CPython, the unix port, the emulated board
+	@tools/debian.sh sigrok-cli=sigrok-cli
 	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS) host_tests
 
 lint: $(VENV) ## Check style and types
@@ -41,6 +44,11 @@ firmware: $(VENV) ## Build an image with the firmware in it [BOARD=rpi_pico] [MI
 
 flash: $(VENV) ## Put the firmware on a board [BOARD=rpi_pico] [PORT=/dev/ttyACM0]
 	@$(GHST) flash --board $(BOARD) $(if $(PORT),--port $(PORT))
+
+sigrok: ## Install the GHST decoder for PulseView and sigrok-cli [DECODERS=...]
+	@mkdir -p "$(DECODERS)/ghst"
+	@cp tools/sigrok/ghst/*.py "$(DECODERS)/ghst/"
+	@echo "$(DECODERS)/ghst"
 
 .venv: $(VENV)
 

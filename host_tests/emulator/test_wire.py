@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ghst_tools.emulator import Board, GhostReceiver, VcdRecorder, Wire
-from ghst_tools.emulator.serial import decode, encode
+from ghst_tools.uart_bits import decode, encode
 
 FRAME = bytes.fromhex("820c105881e2c007ae167ce2aef7")
 BIT_NS = 1e9 / 420_000

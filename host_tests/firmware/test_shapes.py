@@ -25,7 +25,7 @@ CENTRES = {"servo_760": 760, "oneshot125": Fraction(375, 2)}
 # Compare steps per microsecond at 50 and at 333 Hz.
 STEPS = {50: Fraction(16, 5), 333: Fraction(8)}
 TOPS = {50: 64000, 333: 24024}
-LIMIT_US = 48.0
+LIMIT_US = 42.0
 
 
 class Model:

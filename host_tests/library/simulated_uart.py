@@ -12,7 +12,7 @@ import itertools
 from collections import deque
 from collections.abc import Callable
 
-from ghst_tools.emulator.serial import decode, encode
+from ghst_tools.uart_bits import decode, encode
 
 
 class Clock:

@@ -1,8 +1,12 @@
 """The command `ghst`: quick help, errors in one line."""
 
+import os
+import shutil
 import subprocess
 import sys
 
+import click
+import pytest
 from click.testing import CliRunner
 
 from ghst_tools import boards, cli
@@ -58,3 +62,95 @@ def test_a_board_that_cannot_be_emulated_is_one_line() -> None:
     assert done.stderr == (
         "ghst: esp32_devkit cannot be emulated: only boards that run RPI_PICO\n"
     )
+
+
+def test_exit_statuses_are_told() -> None:
+    listing = CliRunner().invoke(cli.ghst, ["--help"]).output
+    assert "The console command of micropython-ghst." in listing
+    for status in ("0    done", "1    it did not work", "2    wrong usage", "130  stopped with"):
+        assert status in listing
+
+
+def test_verbose_shows_where_an_error_comes_from() -> None:
+    done = run("-v", "image", "--board", "no_such_board")
+    assert done.returncode == 1
+    lines = done.stderr.splitlines()
+    assert lines[0] == "Traceback (most recent call last):"
+    assert lines[-1].startswith("ghst: unknown board 'no_such_board': known are ")
+
+
+def test_ctrl_c_is_one_line_and_status_130() -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(cli.COMMANDS, "boom", ("test_cli", ""))
+        result = CliRunner().invoke(cli.ghst, ["boom"])
+    assert (result.exit_code, result.stdout, result.stderr) == (130, "", "ghst: stopped\n")
+
+
+@click.command()
+def command() -> None:
+    """Stands for a command that is interrupted."""
+    raise KeyboardInterrupt
+
+
+def completions(words: str) -> list[str]:
+    """What bash offers behind these words."""
+    done = subprocess.run(
+        [sys.executable, "-m", "ghst_tools.cli"],
+        capture_output=True,
+        text=True,
+        env={
+            **os.environ,
+            "_GHST_COMPLETE": "bash_complete",
+            "COMP_WORDS": words,
+            "COMP_CWORD": str(len(words.split(" ")) - 1),
+        },
+    )
+    assert done.stderr == ""
+    return [line.split(",")[1] for line in done.stdout.splitlines()]
+
+
+def test_commands_and_options_are_completed() -> None:
+    assert completions("ghst de") == ["decode", "demo"]
+    assert completions("ghst --v") == ["--verbose", "--version"]
+    assert completions("ghst decode --fo") == ["--follow", "--format"]
+    assert completions("ghst decode --format l") == ["log"]
+
+
+def test_completing_a_command_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\n"
+        "from ghst_tools.cli import main\n"
+        "try:\n    main([])\n"
+        "except SystemExit:\n    pass\n"
+        f"print('imported', [name for name in {HEAVY!r} if name in sys.modules])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env={
+            **os.environ,
+            "_GHST_COMPLETE": "bash_complete",
+            "COMP_WORDS": "ghst sn",
+            "COMP_CWORD": "1",
+        },
+    )
+    assert done.stdout == "plain,sniff\nimported []\n", done.stderr
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_of_a_shell(shell: str) -> None:
+    result = CliRunner().invoke(cli.ghst, ["completion", shell])
+    assert result.exit_code == 0
+    assert f"_GHST_COMPLETE={shell}_complete" in result.stdout
+    if shutil.which(shell):
+        # Nothing is said by a shell that can read it.
+        done = subprocess.run([shell, "-n"], input=result.stdout, capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_bash_knows_the_completion() -> None:
+    script = CliRunner().invoke(cli.ghst, ["completion", "bash"]).stdout
+    bash = ["bash", "--norc", "-c", f"{script}\ncomplete -p ghst"]
+    done = subprocess.run(bash, capture_output=True, text=True)
+    assert done.stdout.startswith("complete -o nosort -F _ghst_completion ghst"), done.stderr

@@ -68,7 +68,8 @@ def test_what_is_no_configuration(tmp_path: Path, text: str, line: str) -> None:
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     result = CliRunner().invoke(ghst, ["config", "check", str(tmp_path / "none.json")])
-    assert str(result.exception) == f"{tmp_path / 'none.json'}: No such file or directory"
+    assert result.exit_code == 1
+    assert result.output == f"ghst: {tmp_path / 'none.json'}: No such file or directory\n"
 
 
 @pytest.mark.parametrize(

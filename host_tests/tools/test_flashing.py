@@ -13,7 +13,7 @@ from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 from served_board import ServedBoard
 
-from ghst_tools import board_link, boards, device_files, filesystem, flash, hello
+from ghst_tools import board_link, boards, device_files, filesystem, flash, hello, serial_port
 from ghst_tools.board_link import Identity
 from ghst_tools.errors import GhstError
 
@@ -224,7 +224,7 @@ def test_a_port_that_another_program_holds_is_busy() -> None:
     fcntl.flock(line, fcntl.LOCK_EX)
     try:
         with pytest.raises(GhstError) as caught:
-            board_link.open_port(name)
+            serial_port.open_port(name)
     finally:
         os.close(line)
         os.close(terminal)
@@ -235,23 +235,23 @@ def test_a_port_that_another_program_holds_is_busy() -> None:
 
 def test_a_port_that_is_not_there() -> None:
     with pytest.raises(GhstError, match=r"^/dev/ttyNONE: there is no such port$"):
-        board_link.open_port("/dev/ttyNONE")
+        serial_port.open_port("/dev/ttyNONE")
 
 
 def test_a_port_without_permission() -> None:
     error = serial.SerialException(errno.EACCES, "could not open port")
-    assert str(board_link.explain("/dev/ttyACM0", error)) == (
+    assert str(serial_port.explain("/dev/ttyACM0", error)) == (
         "/dev/ttyACM0: no permission: add yourself to the group that owns the port"
     )
 
 
 def test_an_address_where_nothing_listens() -> None:
     with pytest.raises(GhstError, match=r"^socket://127\.0\.0\.1:1: cannot be opened: .*refused"):
-        board_link.open_port("socket://127.0.0.1:1")
+        serial_port.open_port("socket://127.0.0.1:1")
 
 
 def test_a_second_client_is_told_so(empty_board: ServedBoard) -> None:
-    first = board_link.open_port(empty_board.address)
+    first = serial_port.open_port(empty_board.address)
     try:
         with (
             pytest.raises(GhstError, match="no MicroPython prompt there: another program has it"),

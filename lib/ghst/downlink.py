@@ -105,6 +105,15 @@ def decode(frame):
     _expect("address", frame[0], ADDRESS_RX)
     _expect("length", frame[1], FRAME_LENGTH)
     _expect("CRC", frame[13], crc8(frame, 2, 13))
+    return read(frame)
+
+
+def read(frame):
+    """Returns what `decode` does, of a frame whose address, length and CRC are known to be right.
+
+    For a caller that has found the frame among other bytes and so has checked it. Raises
+    `ValueError` for a type that is no downlink frame.
+    """
     if frame[2] not in _READERS:
         raise ValueError(f"type 0x{frame[2]:02x} is no downlink frame (0x23, 0x25-0x28)")
     return _READERS[frame[2]](frame)

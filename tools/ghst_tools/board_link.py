@@ -2,19 +2,18 @@
 
 import ast
 import contextlib
-import errno
 import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import serial  # type: ignore[import-untyped]
 from mpremote.transport import TransportError  # type: ignore[import-untyped]
 from mpremote.transport_serial import SerialTransport  # type: ignore[import-untyped]
 from serial.tools import list_ports  # type: ignore[import-untyped]
 
 from ghst_tools.boards import Board
 from ghst_tools.errors import GhstError
+from ghst_tools.serial_port import open_port
 
 OLDEST_MICROPYTHON = (1, 25)
 
@@ -86,26 +85,6 @@ def find_port() -> str:
         known = ", ".join(f"{port.device} (serial number {port.serial_number})" for port in ports)
         raise GhstError(f"{len(ports)} boards found: {known}: say which with PORT=...")
     return str(ports[0].device)
-
-
-def explain(port: str, error: Exception) -> GhstError:
-    """Why a serial port could not be opened, in one line that says what to do."""
-    number = error.errno if isinstance(error, OSError) else None
-    if number in (errno.EACCES, errno.EPERM):
-        return GhstError(f"{port}: no permission: add yourself to the group that owns the port")
-    if number in (errno.EBUSY, errno.EAGAIN):
-        return GhstError(f"{port}: busy: close the program that has it open (mpremote, Thonny)")
-    if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
-        return GhstError(f"{port}: there is no such port")
-    return GhstError(f"{port}: cannot be opened: {error}")
-
-
-def open_port(port: str) -> Any:
-    """Open a serial port (or `socket://HOST:PORT`) for this program alone."""
-    try:
-        return serial.serial_for_url(port, baudrate=115200, timeout=0.1, exclusive=True)
-    except (OSError, ValueError) as error:
-        raise explain(port, error) from error
 
 
 @contextlib.contextmanager

@@ -20,19 +20,25 @@ def px4_path() -> Path:
 
 
 def read_px4(path: Path) -> list[Read]:
+    """The reads of a capture file; see `parse_px4`. `GhstError` if it cannot be read."""
+    try:
+        return parse_px4(path.read_bytes(), str(path))
+    except OSError as error:
+        raise GhstError(f"{path}: {error.strerror}") from error
+
+
+def parse_px4(content: bytes, where: str) -> list[Read]:
     """The reads of a capture in the format of PX4's GHST test, in their order.
 
     `INPUT` lines hold the bytes of one read. A `DECODED` line holds 16 channels in whole
     microseconds, as PX4 rounded them, and belongs to the read before it; 0xffff, a channel that
     was not received yet, becomes None. The text above the dashed line is a comment. `GhstError`
-    names the file and the line that is wrong.
+    names the line that is wrong, in `where`.
     """
     try:
-        lines = path.read_text(encoding="ascii").splitlines()
-    except OSError as error:
-        raise GhstError(f"{path}: {error.strerror}") from error
+        lines = content.decode("ascii").splitlines()
     except UnicodeDecodeError as error:
-        raise GhstError(f"{path}: not a capture: it is not plain text") from error
+        raise GhstError(f"{where}: not a capture: it is not plain text") from error
     reads: list[Read] = []
     in_comment = True
     for number, line in enumerate(lines, 1):
@@ -41,24 +47,24 @@ def read_px4(path: Path) -> list[Read]:
             continue
         if not line.strip():
             continue
-        where = f"{path}:{number}"
+        place = f"{where}:{number}"
         kind, _, rest = line.partition(" ")
         if kind not in ("INPUT", "DECODED"):
-            raise GhstError(f"{where}: neither INPUT nor DECODED")
-        values = _values(rest, where)
+            raise GhstError(f"{place}: neither INPUT nor DECODED")
+        values = _values(rest, place)
         if kind == "INPUT":
             if max(values) > 0xFF:
-                raise GhstError(f"{where}: {max(values):#x} is no byte")
+                raise GhstError(f"{place}: {max(values):#x} is no byte")
             reads.append((bytes(values), None))
             continue
         if len(values) != _CHANNELS:
-            raise GhstError(f"{where}: {len(values)} channels, must be {_CHANNELS}")
+            raise GhstError(f"{place}: {len(values)} channels, must be {_CHANNELS}")
         if not reads or reads[-1][1] is not None:
-            raise GhstError(f"{where}: DECODED without an INPUT before it")
+            raise GhstError(f"{place}: DECODED without an INPUT before it")
         decoded = tuple(None if value == _NEVER_RECEIVED else value for value in values)
         reads[-1] = (reads[-1][0], decoded)
     if not reads:
-        raise GhstError(f"{path}: no INPUT line below a dashed line")
+        raise GhstError(f"{where}: no INPUT line below a dashed line")
     return reads
 
 

@@ -1,10 +1,13 @@
 """The console command `ghst`: finds the subcommand's module, and nothing else."""
 
 import importlib
+import os
 import sys
+import traceback
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from ghst_tools.errors import GhstError
 
@@ -16,12 +19,21 @@ COMMANDS = {
     "firmware": ("ghst_tools.frozen", "Build MicroPython with the firmware in it."),
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
     "config": ("ghst_tools.configuration.command", "Check and show a board's configuration."),
+    "decode": ("ghst_tools.decode", "Show the frames of a recording, one line each."),
+    "sniff": ("ghst_tools.sniff.run", "Listen on the wire: frames, timing, a log."),
+    "replay": ("ghst_tools.replay", "Send the receiver's side of a recording to a port."),
+    "plot": ("ghst_tools.plot.run", "Draw channels, link and timing of a recording."),
+    "vcd": ("ghst_tools.wire_vcd", "Write a log as a VCD file, for PulseView."),
     "emulate": ("ghst_tools.emulator.console_server", "Run the emulated board on a TCP port."),
     "demo": ("ghst_tools.demo.run", "Watch an emulated board follow a simulated receiver."),
     "bench": ("ghst_tools.bench.run", "Measure the firmware on the emulated chip."),
     "wiring": ("ghst_tools.wiring", "Draw the boards' wiring and write docs/boards.md."),
     "mip-manifest": ("ghst_tools.mip", "Write package.json for lib/ghst."),
+    "docs-tools": ("ghst_tools.tool_docs.run", "Write docs/tools.md from runs of its examples."),
+    "completion": ("ghst_tools.completion", "Print the script that completes in a shell."),
 }
+
+_INTERRUPTED = 130  # what a shell makes of Ctrl-C
 
 
 class LazyGroup(click.Group):
@@ -45,24 +57,59 @@ class LazyGroup(click.Group):
             ctx.fail(f"no command {args[0]!r}: there are {', '.join(COMMANDS)}")
         return super().resolve_command(ctx, args)
 
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        # So does its completion, for the lines of help.
+        found = [
+            CompletionItem(name, help=line)
+            for name, (_, line) in COMMANDS.items()
+            if name.startswith(incomplete)
+        ]
+        return found + click.Command.shell_complete(self, ctx, incomplete)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the subcommand; a `GhstError` becomes one line on stderr and exit status 1."""
+        try:
+            return super().invoke(ctx)
+        except GhstError as error:
+            if ctx.params["verbose"]:
+                traceback.print_exc()
+            click.echo(f"ghst: {error}", err=True)
+            ctx.exit(1)
+        except BrokenPipeError:
+            # Whoever read the output has seen enough (`ghst decode ... | head`). What is still
+            # buffered must not be written when Python ends.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            ctx.exit(0)
+        except KeyboardInterrupt:
+            click.echo("ghst: stopped", err=True)
+            ctx.exit(_INTERRUPTED)
+
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("-v", "--verbose", is_flag=True, help="Show where an error comes from.")
 @click.version_option(package_name="micropython-ghst")
-def ghst() -> None:
-    """Tools for the Ghost receiver adapter: images, boards, the emulated board."""
+def ghst(verbose: bool) -> None:
+    """The console command of micropython-ghst.
+
+    Firmware for boards, an emulated board, and a bench kit for the wire between a Ghost receiver
+    and a flight controller. `ghst COMMAND --help` tells of each.
+
+    \b
+    Exit status:
+      0    done; also if the reader of the output has gone
+      1    it did not work, or what was checked is not right: the reason is on stderr
+      2    wrong usage
+      130  stopped with Ctrl-C before the end
+    """
 
 
 def main(args: list[str] | None = None) -> Any:
-    """Run `ghst`; a `GhstError` becomes one line on stderr and exit status 1."""
-    try:
-        return ghst.main(args=args, prog_name="ghst", standalone_mode=True)
-    except GhstError as error:
-        click.echo(f"ghst: {error}", err=True)
-        sys.exit(1)
+    """Run `ghst` with these arguments, or those of the process."""
+    return ghst.main(args=args, prog_name="ghst", standalone_mode=True)
 
 
 if __name__ == "__main__":

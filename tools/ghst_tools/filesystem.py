@@ -1,7 +1,5 @@
 """The file-system image of a board: `ghst image`."""
 
-import os
-import tempfile
 from pathlib import Path, PurePosixPath
 
 import click
@@ -9,6 +7,7 @@ from littlefs import LittleFS, LittleFSError, UserContext
 
 from ghst_tools import boards, device_files
 from ghst_tools.errors import GhstError
+from ghst_tools.files import write_file
 
 BLOCK_SIZE = 4096
 """Erase unit of the flash, and littlefs's block on the rp2 port (ports/rp2/rp2_flash.c)."""
@@ -68,20 +67,6 @@ def read(image: bytes) -> dict[str, bytes]:
             with filesystem.open(path, "rb") as file:
                 files[path] = file.read()
     return dict(sorted(files.items()))
-
-
-def write_file(path: Path, content: bytes) -> None:
-    """Write a file so that a reader sees the old one or the whole new one, never a part."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def write(

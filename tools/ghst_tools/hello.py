@@ -7,8 +7,8 @@ from typing import Any
 
 import serial  # type: ignore[import-untyped]
 
-from ghst_tools.board_link import open_port
 from ghst_tools.errors import GhstError
+from ghst_tools.serial_port import open_port
 
 HELLO = re.compile(r"micropython-ghst \d")
 """What the application's first line on the console begins with: its name and version."""

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from ghst_tools import boards, device_files, filesystem
+from ghst_tools import boards, device_files
+from ghst_tools.files import write_file
 
 MANIFEST = "package.json"
 
@@ -33,5 +34,5 @@ def manifest(root: Path | None = None) -> str:
 def command(tree: Path | None) -> None:
     """Write package.json for lib/ghst; to be run when a module comes or goes."""
     path = (tree or boards.checkout()) / MANIFEST
-    filesystem.write_file(path, manifest(tree).encode())
+    write_file(path, manifest(tree).encode())
     click.echo(path)

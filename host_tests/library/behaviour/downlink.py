@@ -116,3 +116,15 @@ def messages_say_what_is_wrong():
     for kind in (0x00, 0x10, 0x22, 0x24, 0x29, 0xFF):
         wanted = f"type 0x{kind:02x} is no downlink frame (0x23, 0x25-0x28)"
         equal(_message(frame(kind, bytes(10), _RX)), wanted)
+
+
+def read_trusts_what_was_checked():
+    _expect(downlink.read(_PACK), PackStatus(16800, 29600, 1230, True, 0))
+    wrong_crc = _PACK[:13] + b"\x00"
+    _expect(downlink.read(wrong_crc), PackStatus(16800, 29600, 1230, True, 0))
+    try:
+        downlink.read(frame(0x24, bytes(10), _RX))
+    except ValueError as error:
+        equal(error.args[0], "type 0x24 is no downlink frame (0x23, 0x25-0x28)")
+    else:
+        raise AssertionError("taken")

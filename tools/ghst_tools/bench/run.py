@@ -10,11 +10,20 @@ from pathlib import Path
 import click
 from rich.console import Console
 
-from ghst_tools import boards, filesystem, micropython_image
-from ghst_tools.bench import control_path, document, host, interrupts, memory, outputs
+from ghst_tools import boards, micropython_image
+from ghst_tools.bench import (
+    control_path,
+    decode,
+    document,
+    host,
+    interrupts,
+    memory,
+    outputs,
+)
 from ghst_tools.bench.figures import FULL, QUICK, Effort, Table
 from ghst_tools.bench.rig import Rig
 from ghst_tools.errors import GhstError
+from ghst_tools.files import write_file
 
 FIGURES = "docs/figures.md"
 
@@ -33,6 +42,7 @@ def measurements(
     yield "RAM", partial(memory.ram, rig, effort)
     yield "files", partial(memory.flash, rig)
     yield "the library on the host", partial(host.speed, effort)
+    yield "decoding recordings on the host", partial(decode.speed, effort)
 
 
 def bench(image: Path, effort: Effort, command_line: str, out: Path) -> None:
@@ -53,7 +63,7 @@ def bench(image: Path, effort: Effort, command_line: str, out: Path) -> None:
     for line in document.NOT_MODELLED:
         console.print(f"- {line}", style="dim")
     text = document.markdown(tables, taking_part, command_line)
-    filesystem.write_file(out, text.encode())
+    write_file(out, text.encode())
     console.print(f"\n{out} written after {time.monotonic() - started:.0f} s", soft_wrap=True)
 
 

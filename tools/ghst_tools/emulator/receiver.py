@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ghst_tools.emulator.serial import SerialDecoder
 from ghst_tools.emulator.wire import BAUD, Edge, Wire
+from ghst_tools.uart_bits import SerialDecoder
 
 FRAME_BYTES = 14
 DOWNLINK_ADDRESS = 0x89

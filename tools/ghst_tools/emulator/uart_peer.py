@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ghst_tools.emulator.pins import Pin
-from ghst_tools.emulator.serial import decode, encode
 from ghst_tools.emulator.uart_pins import UartPins
+from ghst_tools.uart_bits import decode, encode
 
 if TYPE_CHECKING:
     from ghst_tools.emulator.uart import Uart

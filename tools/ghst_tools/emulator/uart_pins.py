@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ghst_tools.emulator.pins import Cause, Pin
-from ghst_tools.emulator.serial import SerialDecoder, encode
+from ghst_tools.uart_bits import SerialDecoder, encode
 
 if TYPE_CHECKING:
     from ghst_tools.emulator.uart import Uart

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ghst_tools.emulator.board import Board
 from ghst_tools.emulator.pins import Cause
-from ghst_tools.emulator.serial import DecodedByte, decode, encode
+from ghst_tools.uart_bits import DecodedByte, decode, encode
 
 BAUD = 420_000  # GHST, protocol.md "Line"
 

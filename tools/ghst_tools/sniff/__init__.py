@@ -1,0 +1,1 @@
+"""Passive listening on the wire between a Ghost receiver and a flight controller."""

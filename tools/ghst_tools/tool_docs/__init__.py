@@ -1,0 +1,1 @@
+"""The examples in docs/tools.md: run anew, and the recording that they use."""

@@ -1,0 +1,77 @@
+"""Serial ports for the examples: pseudo-terminals under the names of adapters."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from ghst_tools.frames.formats import Source
+
+_POLL_S = 0.01
+
+
+@contextlib.contextmanager
+def adapters(folder: Path, recording: Path) -> Iterator[None]:
+    """In `folder`, `ttyUSB0` says again and again what `recording` has; `ttyUSB1` only listens."""
+    reads: list[tuple[float, bytes]] = []
+    for block in Source(recording).blocks():
+        assert block.reads is not None
+        ends = [0, *block.reads.ends.tolist()]
+        for time_s, start, stop in zip(block.reads.times_s.tolist(), ends, ends[1:], strict=False):
+            reads.append((time_s, block.data[start:stop]))
+    stopping = threading.Event()
+    with contextlib.ExitStack() as stack:
+        talker = stack.enter_context(_port(folder / "ttyUSB0"))
+        listener = stack.enter_context(_port(folder / "ttyUSB1"))
+        threads = [
+            threading.Thread(target=_talk, args=(talker, reads, stopping)),
+            threading.Thread(target=_listen, args=(listener, stopping)),
+        ]
+        for thread in threads:
+            thread.start()
+        try:
+            yield
+        finally:
+            stopping.set()
+            for thread in threads:
+                thread.join()
+
+
+@contextlib.contextmanager
+def _port(name: Path) -> Iterator[int]:
+    # Not on Windows: only who writes the document needs them.
+    import pty
+    import tty
+
+    ours, theirs = pty.openpty()
+    try:
+        tty.setraw(ours)
+        tty.setraw(theirs)
+        os.set_blocking(ours, False)
+        name.symlink_to(os.ttyname(theirs))
+        yield ours
+    finally:
+        os.close(ours)
+        os.close(theirs)
+
+
+def _talk(port: int, reads: list[tuple[float, bytes]], stopping: threading.Event) -> None:
+    while not stopping.is_set():
+        begun_s = time.monotonic()
+        for time_s, data in reads:
+            if stopping.wait(max(0.0, begun_s + time_s - time.monotonic())):
+                return
+            # A line does not wait for anybody to listen either.
+            with contextlib.suppress(BlockingIOError):
+                os.write(port, data)
+
+
+def _listen(port: int, stopping: threading.Event) -> None:
+    while not stopping.is_set():
+        if select.select([port], [], [], _POLL_S)[0]:
+            os.read(port, 4096)
