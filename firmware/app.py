@@ -7,7 +7,6 @@ import time
 import machine
 import micropython
 
-import firmware
 from firmware import chip
 from firmware.chip import this_chip
 from ghst import __version__
@@ -36,12 +35,14 @@ def _prepare():
     return here, adapter(here)
 
 
-def _forget_configuration():
-    """Gives the memory of the validator back, which is not needed any more."""
-    for name in [name for name in sys.modules if name.startswith("firmware.configuration")]:
-        del sys.modules[name]
-    del firmware.configuration
-    gc.collect()
+def _forget(*prefixes):
+    """Gives the memory of modules back whose names begin so, and which nothing else holds."""
+    for name in list(sys.modules):
+        if name.startswith(prefixes):
+            del sys.modules[name]
+            package, _, last = name.rpartition(".")
+            if package in sys.modules:
+                delattr(sys.modules[package], last)
 
 
 def _hello(here):
@@ -71,8 +72,6 @@ def _found(application):
         text += "sensors: " + ", ".join(sorted(application.sensors)) + "\n"
     for line in application.missing:
         text += f"sensor left out: {line}\n"
-    if application.settings.error:
-        text += f"settings: {application.settings.error}\n"
     return text
 
 
@@ -119,7 +118,7 @@ def run(application, hello, fault=None):
             reporter.count(error)
         time.sleep_ms(_LOOP_MS)
         now_us = time.ticks_us()
-        application.state.cycle_time_us = time.ticks_diff(now_us, began_us)
+        application.cycle_time_us = time.ticks_diff(now_us, began_us)
         began_us = now_us
 
 
@@ -137,7 +136,7 @@ def main():
         adapter.start()
         hello = _hello(here)
         print(hello)
-        _forget_configuration()
+        _forget("firmware.configuration")
         # The servos follow already: loading the rest takes most of a second.
         try:
             from firmware.application import Application
@@ -149,6 +148,9 @@ def main():
             while True:
                 adapter.poll()
                 time.sleep_ms(_LOOP_MS)
+        here = None
+        _forget("firmware.devices", "firmware.json_text", "ghst_board")
+        gc.collect()
         fault = _add_user(application)
         found = _found(application)
         print(found, end="")

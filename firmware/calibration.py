@@ -1,7 +1,5 @@
 """The console command `calibrate`: finds the magnetometer's hard-iron offset and keeps it."""
 
-HELP = "calibrate [cancel]: begin, then end the calibration of the magnetometer"
-
 
 class Calibrate:
     """Begins with one call and ends with the next; the offset goes into the configuration."""

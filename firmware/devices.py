@@ -2,9 +2,6 @@
 
 import machine
 
-_UART_BUFFER = 512
-"""Bytes for a GPS: 44 ms at 115200 baud."""
-
 
 def sensors(values):
     """Returns ({name: sensor}, [line about each one that is left out]).
@@ -58,7 +55,7 @@ def _battery(own, values, buses):
 def _gps(own, values, buses):
     from firmware.sensors.gps import Gps
 
-    uart = machine.UART(own["uart"], tx=own["tx_pin"], rx=own["rx_pin"], rxbuf=_UART_BUFFER)
+    uart = machine.UART(own["uart"], tx=own["tx_pin"], rx=own["rx_pin"])
     return Gps(uart, minimum_satellites=own["minimum_satellites"], configure=own["configure"])
 
 

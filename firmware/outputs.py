@@ -53,6 +53,7 @@ class ServoOutputs:
             (self._register(number, chip.PWM_CONTROL), 1) for number in self._slices
         )
         self._prepare()
+        self._outputs = None  # it is all in the tables now
 
     @property
     def lost_address(self):

@@ -8,7 +8,6 @@ import select
 import sys
 
 from firmware.console import ready
-from ghst.protocol import RF_MODES
 
 
 class Reporter:
@@ -71,6 +70,8 @@ class Reporter:
         receiver = adapter.receiver
         text = adapter.link
         if receiver.rf_mode:
+            from ghst.rf_modes import RF_MODES
+
             name = RF_MODES.get(receiver.rf_mode, (f"mode {receiver.rf_mode}",))[0]
             text += f", {name}, LQ {receiver.lq} %, RSSI {receiver.rssi_dbm} dBm"
         text += f"; frames {receiver.frames}, CRC errors {receiver.crc_errors}"

@@ -24,17 +24,19 @@ _WAIT_MS = const(260)
 
 
 class Telemetry:
-    """Fills the slot of an adapter from the sensors that it is given, and answers MSP.
+    """Fills the slot of an adapter from the sensors that it is given, and with MSP's answers.
 
-    `sensors`: {name: sensor}, of `battery`, `gps`, `barometer`, `magnetometer` those that there
-    are. Their values also go into `state`, from which `responder` answers.
+    `armed`, set from outside: whether motors may turn, for the pilot's radio.
     """
 
-    def __init__(self, adapter, sensors, state, responder):
+    def __init__(self, adapter, sensors, msp):
+        """`sensors`: {name: sensor}, of `battery`, `gps`, `barometer`, `magnetometer` those that
+        there are; `msp`: a `firmware.msp.Msp`.
+        """
+        self.armed = False
         self._control = adapter.control
         self._receiver = adapter.receiver
-        self._state = state
-        self._responder = responder
+        self._msp = msp
         self._schedule = Schedule()
         self._frame = bytearray(14)
         self._chunk = bytearray(telemetry.MSP_CHUNK_SIZE)
@@ -69,71 +71,48 @@ class Telemetry:
 
     def _update_battery(self, now_ms):
         battery = self._battery
-        if not battery.update(now_ms):
-            return
-        if battery.present or battery.current_ma is not None:
-            self._pack.refresh(now_ms)
-        else:
-            self._pack.stop()
-        state = self._state
-        state.voltage_mv = battery.voltage_mv
-        state.current_ma = battery.current_ma
-        state.consumed_mah = battery.consumed_mah
-        state.cell_count = battery.cell_count
-        state.battery_state = battery.state
+        if battery.update(now_ms):
+            if battery.present or battery.current_ma is not None:
+                self._pack.refresh(now_ms)
+            else:
+                self._pack.stop()
 
     def _update_gps(self, now_ms):
         gps = self._gps
-        if gps.update(now_ms):
-            state = self._state
-            state.gps_fix = gps.fix
-            state.satellites = gps.satellites
-            state.latitude_e7 = gps.lat_e7
-            state.longitude_e7 = gps.lon_e7
-            state.gps_alt_m = gps.alt_m
-            state.speed_cm_s = gps.speed_cm_s
-            state.course_decideg = gps.course_decideg
-            state.pdop_centi = gps.pdop_centi
-            state.home_distance_m = gps.home_distance_m
-            state.home_direction_decideg = gps.home_direction_decideg
-            state.gps_updates = gps.updates
-            if gps.fix:
-                self._position.refresh(now_ms)
-                self._motion.refresh(now_ms)
+        new = gps.update(now_ms)
         if not gps.fix:
-            self._state.gps_fix = False
             self._position.stop()
             self._motion.stop()
+        elif new:
+            self._position.refresh(now_ms)
+            self._motion.refresh(now_ms)
 
     def _update_barometer(self, now_ms):
         barometer = self._barometer
         if barometer.update(now_ms) and barometer.altitude_cm is not None:
             self._mag_baro.refresh(now_ms)
-        self._state.altitude_cm = barometer.altitude_cm
-        self._state.vario_cm_s = barometer.vario_cm_s
 
     def _update_magnetometer(self, now_ms):
         magnetometer = self._magnetometer
         if magnetometer.update(now_ms) and magnetometer.heading_decideg is not None:
             self._mag_baro.refresh(now_ms)
-        self._state.heading_decideg = magnetometer.heading_decideg
 
     def _listen(self, now_ms):
         """Hands the MSP requests over that came since the last round."""
         while self._receiver.next_msp(self._payload):
-            self._responder.feed(self._payload)
+            self._msp.feed(self._payload)
 
     def _fill_slot(self, now_ms):
         control = self._control
         if control.link != LINKED:
-            self._responder.discard()
+            self._msp.discard()
             control.discard()
             return
         if not control.slot_free:
             if ticks_diff(now_ms, self._since_ms) > _WAIT_MS:
                 control.discard()
             return
-        kind = self._schedule.next(now_ms, self._responder.reply.pending)
+        kind = self._schedule.next(now_ms, self._msp.pending)
         if kind:
             self._build(kind)
             self._since_ms = now_ms
@@ -142,7 +121,7 @@ class Telemetry:
     def _build(self, kind):
         frame = self._frame
         if kind == TYPE_MSP_RESPONSE:
-            self._responder.next_chunk(self._chunk)
+            self._msp.next_chunk(self._chunk)
             telemetry.msp_response(frame, self._chunk)
         elif kind == TYPE_PACK_STATUS:
             battery = self._battery
@@ -151,7 +130,7 @@ class Telemetry:
                 battery.voltage_mv or 0,
                 battery.current_ma or 0,
                 battery.consumed_mah or 0,
-                self._state.armed,
+                self.armed,
             )
         elif kind == TYPE_GPS_PRIMARY:
             gps = self._gps
@@ -172,11 +151,14 @@ class Telemetry:
             self._build_mag_baro(frame)
 
     def _build_mag_baro(self, frame):
-        state = self._state
-        heading = state.heading_decideg
-        if heading is not None and heading > 1800:
-            heading -= 3600
-        altitude = state.altitude_cm
-        if altitude is not None:
-            altitude = (altitude + 50) // 100
-        telemetry.mag_baro(frame, heading, altitude, state.vario_cm_s)
+        heading = altitude = vario = None
+        if self._magnetometer:
+            heading = self._magnetometer.heading_decideg
+            if heading is not None and heading > 1800:
+                heading -= 3600
+        if self._barometer:
+            vario = self._barometer.vario_cm_s
+            altitude = self._barometer.altitude_cm
+            if altitude is not None:
+                altitude = (altitude + 50) // 100
+        telemetry.mag_baro(frame, heading, altitude, vario)

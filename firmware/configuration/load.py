@@ -19,17 +19,22 @@ class Configuration:
     board's defaults, without outputs: nothing moves.
     """
 
-    def __init__(self, board, tree, problems=()):
-        """`tree`: what stands in the user's file; `problems`: lines from reading it."""
-        self.board = board
-        self.problems = list(problems)
-        self.values, found = check(tree, board)
-        self.problems += [f"{FILE}: {text}" for _, text in found]
-        if self.problems:
-            self.values, found = check({}, board)
-            if found:
-                raise BoardError(f"{BOARD_FILE}: {found[0][1]}")
-            self.values["outputs"] = {}
+    # No methods: they would keep this module, and all that it has loaded, in memory.
+
+
+def _configuration(board, tree, problems):
+    """`tree`: what stands in the user's file; `problems`: lines from reading it."""
+    made = Configuration()
+    made.board = board
+    made.problems = list(problems)
+    made.values, found = check(tree, board)
+    made.problems += [f"{FILE}: {text}" for _, text in found]
+    if made.problems:
+        made.values, found = check({}, board)
+        if found:
+            raise BoardError(f"{BOARD_FILE}: {found[0][1]}")
+        made.values["outputs"] = {}
+    return made
 
 
 def load():
@@ -45,7 +50,7 @@ def load():
     except Exception:
         # Whatever it is that a broken file does to the parser.
         problems.append(f"{FILE} is broken: no valid JSON")
-    return Configuration(board, tree, problems)
+    return _configuration(board, tree, problems)
 
 
 def _board():

@@ -9,7 +9,8 @@ except ImportError:
 from firmware.sensors.gps_stream import NONE, Stream
 from ghst.schedule import ticks_diff
 
-BAUDRATES = (9600, 38400, 57600, 115200)
+SLOWEST = const(9600)
+BAUDRATES = (SLOWEST, 38400, 57600, 115200)
 
 # What comes at 115200 baud while the main loop is away for 80 ms, and the messages of the set-up.
 # `init` makes both buffers anew, with 256 bytes unless it is told otherwise.
@@ -48,7 +49,7 @@ class GpsPort:
         self.baudrate = None
         self._round = 1
         self._changes = 0
-        self._listen(BAUDRATES[0])
+        self._listen(SLOWEST)
         self.retune(0)
 
     @property
@@ -148,8 +149,8 @@ class GpsPort:
             self._byte_ms = now_ms
         elif self._whole and self._burst_bytes >= _BURST_BYTES and pause_ms >= _PAUSE_MS:
             longest_ms -= _TRY_MS
-        elif pause_ms > _SILENT_MS and self.listening != BAUDRATES[0]:
-            self._listen(BAUDRATES[0])
+        elif pause_ms > _SILENT_MS and self.listening != SLOWEST:
+            self._listen(SLOWEST)
             return
         else:
             return

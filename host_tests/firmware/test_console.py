@@ -27,7 +27,7 @@ def powered(micropython_image: Path, firmware_files: dict[str, bytes]) -> Pico:
     return pico
 
 
-def type_line(pico: Pico, line: bytes, wait_ns: float = 50e6) -> str:
+def type_line(pico: Pico, line: bytes, wait_ns: float = 150e6) -> str:
     """Type a line, return what is printed within `wait_ns`."""
     start = len(pico.board.console.output)
     pico.board.console.write(line + b"\r")

@@ -65,7 +65,8 @@ class SimulatedUart:
         self.on_byte: Callable[[int], None] | None = None
         self.board_baud = 115200.0
         self.busy_until_ns = 0.0
-        self.inits: list[int] = []
+        # One after the other, each different from the one before.
+        self.baudrates: list[int] = []
         self.lost = 0
         self._coming: deque[tuple[float, int]] = deque()
         self._buffer: deque[int] = deque()
@@ -89,7 +90,8 @@ class SimulatedUart:
         self._buffer.clear()
         self.board_baud = float(baudrate)
         self._rxbuf, self._txbuf = rxbuf, txbuf
-        self.inits.append(baudrate)
+        if self.baudrates[-1:] != [baudrate]:
+            self.baudrates.append(baudrate)
 
     def any(self) -> int:
         self._arrive()

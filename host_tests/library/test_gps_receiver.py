@@ -72,7 +72,7 @@ def test_a_receiver_that_does_not_answer_goes_on_with_nmea() -> None:
     bench.run(20)
     # Three attempts, 2.5 s each; since then nothing is sent.
     assert (bench.gps.protocol, bench.gps.baudrate) == ("NMEA", 9600)
-    assert (bench.gps.faults, bench.uart.inits) == (0, [9600])
+    assert (bench.gps.faults, bench.uart.baudrates) == (0, [9600])
     sent = bench.uart._sent_ns
     bench.run(20)
     assert bench.uart._sent_ns == sent
@@ -118,7 +118,7 @@ def test_one_that_forgets_all_but_its_baud_rate() -> None:
     bench.until("gps.protocol == 'UBX'", 5)
     bench.run(4)
     assert (receiver.period_ms, receiver.outputs) == (100, 1)
-    assert bench.uart.inits == list(BAUDRATES)
+    assert bench.uart.baudrates == list(BAUDRATES)
 
 
 def test_silence_ends_the_fix_after_two_seconds() -> None:

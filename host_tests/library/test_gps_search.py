@@ -21,9 +21,9 @@ def test_before_anything_comes() -> None:
     assert values(gps) == NOTHING
     assert (gps.home_fix, gps.home_distance_m, gps.home_direction_decideg) == (False, None, None)
     assert (gps.updates, gps.faults, gps.baudrate, gps.protocol) == (0, 0, None, None)
-    assert gps.describe() == "no receiver found, listening at 9600 baud"
+    assert gps.describe() == "nothing comes from a receiver"
     # No rate is better than another one while nothing comes.
-    assert bench.uart.inits == [9600]
+    assert bench.uart.baudrates == [9600]
 
 
 @pytest.mark.parametrize("baud", BAUDRATES)
@@ -32,7 +32,7 @@ def test_every_baud_rate_is_found(baud: int) -> None:
     bench.nmea(baud=baud, period_ms=1000)
     took_s = bench.until("gps.updates", 7)
     assert bench.gps.baudrate == baud
-    assert bench.uart.inits == list(BAUDRATES[: BAUDRATES.index(baud) + 1])
+    assert bench.uart.baudrates == list(BAUDRATES[: BAUDRATES.index(baud) + 1])
     # One burst for each rate that is wrong, and the first one: nobody knows where it began.
     assert took_s < 1.3 + BAUDRATES.index(baud)
     bench.run(3)
@@ -74,9 +74,9 @@ def test_silence_is_waited_through_at_the_slowest_rate() -> None:
     receiver.stop()
     # Whatever pauses for a moment only is still there at its own rate.
     bench.run(4.5)
-    assert (bench.gps.baudrate, bench.gps._port.listening) == (None, 115200)
+    assert (bench.gps.baudrate, bench.gps._reader.port.listening) == (None, 115200)
     bench.run(60)
-    assert bench.uart.inits == [*BAUDRATES, 9600]
+    assert bench.uart.baudrates == [*BAUDRATES, 9600]
 
 
 def test_garbage_for_ever_is_searched_through_more_and_more_slowly() -> None:
@@ -86,13 +86,13 @@ def test_garbage_for_ever_is_searched_through_more_and_more_slowly() -> None:
     for _ in range(60):
         bench.uart.send(noise, 19200)
         bench.run(1)
-    changes = len(bench.uart.inits)
-    assert bench.uart.inits[:5] == [9600, 38400, 57600, 115200, 9600]
+    changes = len(bench.uart.baudrates)
+    assert bench.uart.baudrates[:5] == [9600, 38400, 57600, 115200, 9600]
     for _ in range(60):
         bench.uart.send(noise, 19200)
         bench.run(1)
     # Eight times as long at each rate: new buffers every ten seconds.
-    assert len(bench.uart.inits) - changes <= 7
+    assert len(bench.uart.baudrates) - changes <= 7
     assert (bench.gps.baudrate, bench.gps.faults) == (None, 0)
     bench.nmea(baud=57600)
     bench.until("gps.fix", 45)
@@ -103,7 +103,8 @@ def test_a_single_glitch_does_not_use_a_rate_up() -> None:
     for _ in range(10):
         bench.uart.send(b"\xff", 9600)
         bench.run(2)
-    assert bench.uart.inits == [9600]
+    assert bench.uart.baudrates == [9600]
+    assert bench.gps.describe() == "no receiver found, listening at 9600 baud"
 
 
 def test_garbage_instead_of_what_came_is_a_lost_receiver() -> None:

@@ -31,15 +31,15 @@ from ghst.protocol import (
 
 # Flags behind the values (description: GPS_FLAGS, MISC_FLAGS). The description has none for the
 # pack; radios and other firmware know this one.
-PACK_DISARMED = 1
-GPS_FIX = 1
-GPS_HOME_FIX = 2
-VALID_HEADING = 1
-VALID_ALTITUDE = 2
-VALID_VARIO = 4
-VALID_ALL = 7
+PACK_DISARMED = const(1)
+GPS_FIX = const(1)
+GPS_HOME_FIX = const(2)
+VALID_HEADING = const(1)
+VALID_ALTITUDE = const(2)
+VALID_VARIO = const(4)
+VALID_ALL = const(7)
 
-MSP_CHUNK_SIZE = 6
+MSP_CHUNK_SIZE = const(6)
 
 _CRC_AT = const(13)
 

@@ -20,7 +20,7 @@ PUBLIC = ("ghst.protocol", "firmware.vtx")
 
 _HOST = "ghst._host"
 # For the compiler alone, which knows them without being told.
-_DECORATORS = ("micropython.native", "micropython.viper")
+_DECORATORS = tuple(f"micropython.{emitter}" for emitter in ("native", "viper", "asm_thumb"))
 _COMPILER = ("micropython", "const")
 
 # A small integer of a 32-bit port. What is larger is an object, and stays where it is.

@@ -68,6 +68,8 @@ def _updates(parts, configure=False):
 
         return update
 
+    # The first of all has the code loaded.
+    call(sentence(_GSA), 0)()
     for part in parts:
         now_ms += 25
         calls.append(call(part, now_ms))
