@@ -134,27 +134,27 @@ def main():
         return
     try:
         adapter.start()
-        hello = _hello(here)
-        print(hello)
-        _forget("firmware.configuration")
-        # The servos follow already: loading the rest takes most of a second.
         try:
+            hello = _hello(here)
+            print(hello)
+            _forget("firmware.configuration")
+            # The servos follow already: loading the rest takes most of a second.
             from firmware.application import Application
 
             application = Application(here, adapter)
+            here = None
+            _forget("firmware.devices", "firmware.json_text", "ghst_board")
+            gc.collect()
+            fault = _add_user(application)
+            found = _found(application)
+            print(found, end="")
+            run(application, hello + "\n" + found, fault)
         except Exception as error:
             # Something is broken that is not the control path: fly without the rest.
             print(f"micropython-ghst: no sensors, no telemetry: {type(error).__name__}: {error}")
             while True:
                 adapter.poll()
                 time.sleep_ms(_LOOP_MS)
-        here = None
-        _forget("firmware.devices", "firmware.json_text", "ghst_board")
-        gc.collect()
-        fault = _add_user(application)
-        found = _found(application)
-        print(found, end="")
-        run(application, hello + "\n" + found, fault)
     except KeyboardInterrupt:
         pass
     finally:

@@ -197,6 +197,15 @@ def test_an_exception_in_the_users_setup_is_shown_and_costs_nothing(pico: Pico) 
     assert b"main loop: 1 faults, the last: ImportError: no module" in pico.board.console.output
 
 
+@pytest.mark.boot(files={"/lib/firmware/report.mpy": b"no code"}, until=b"no sensors, no tele")
+def test_it_flies_without_what_cannot_be_loaded(pico: Pico) -> None:
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(200e6)
+    assert len(pico.compares) >= 4 * (len(receiver.sent) - 1) > 100
+    pico.board.run_for(2.5e9)
+    assert pico.board.resets == [] and pico.meter.since(pico.at(-30e6), 6)
+
+
 @pytest.mark.boot()
 def test_the_led_shows_the_link(pico: Pico) -> None:
     edges: list[tuple[float, bool | None]] = []
