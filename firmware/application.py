@@ -117,6 +117,9 @@ class Application:
             f"{name}: {sensor.describe()}, {sensor.faults} faults"
             for name, sensor in sorted(self.sensors.items())
         ]
+        shapes = self.adapter.outputs.shapes
+        if shapes and shapes.weak_frames:
+            lines.append(f"control frames of a weak link, left out: {shapes.weak_frames}")
         receiver = self.receiver
         if receiver.vtx_setups:
             # Which nibble is the band is not public.
