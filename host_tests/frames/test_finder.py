@@ -7,10 +7,10 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from model import frame
 from strategies import chunked, streams
 
 from ghst import Receiver
+from ghst_tools.campaign.model import frame
 from ghst_tools.frames import finder
 from ghst_tools.frames.finder import DAMAGED, FRAME, GARBAGE, UNFINISHED, Finder
 

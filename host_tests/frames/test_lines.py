@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from model import CONTROL_TYPES, control, frame
 from strategies import raw_bytes, raw_primaries, streams
 
 from ghst import Receiver, downlink, protocol, telemetry
+from ghst_tools.campaign.model import CONTROL_TYPES, control, frame
 from ghst_tools.frames import kinds
 from ghst_tools.frames.finder import FRAME, Finder, Pieces
 from ghst_tools.frames.json_lines import JsonLines

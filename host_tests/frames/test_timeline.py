@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from model import control, frame
 
+from ghst_tools.campaign.model import control, frame
 from ghst_tools.frames.blocks import Block
 from ghst_tools.frames.stream import Stream
 from ghst_tools.frames.timeline import Reads, Timeline

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from model import frame
+from ghst_tools.campaign.model import frame
 
 RX = 0x89
 

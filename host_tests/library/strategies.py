@@ -4,7 +4,8 @@ from itertools import pairwise
 
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
-from model import CONTROL_TYPES, FC, control, frame
+
+from ghst_tools.campaign.model import CONTROL_TYPES, FC, control, frame
 
 ADDRESSES = range(0x80, 0x8A)
 

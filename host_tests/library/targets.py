@@ -12,8 +12,8 @@ import subprocess
 from pathlib import Path
 from typing import Any, Protocol
 
-from forked import in_child
 from ghst_tools import boards, device_files, filesystem, micropython_image
+from ghst_tools.campaign.fork import in_child
 from ghst_tools.emulator import Board, DeviceError
 
 BEHAVIOUR = Path(__file__).with_name("behaviour")

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import pytest
-from model import Model, crc, differences
 
 from ghst import Receiver
+from ghst_tools.campaign.model import Model, crc, differences
 
 BITS = 14 * 8
 HEADER = 2 * 8

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import pytest
-from model import Model, differences
 from targets import Unix
 
 from ghst import Receiver
 from ghst_tools import captures
+from ghst_tools.campaign.model import Model, differences
 from ghst_tools.captures import Read
 from ghst_tools.errors import GhstError
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-import model
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,6 +9,7 @@ from strategies import raw_bytes, raw_primaries
 
 import ghst
 from ghst import encode
+from ghst_tools.campaign import model
 
 quick = settings(max_examples=300, deadline=None, derandomize=True)
 

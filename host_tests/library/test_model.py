@@ -4,10 +4,10 @@ import pytest
 from behaviour.support import unfinished
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from model import CONTROL_TYPES, Model, control, crc, differences, frame
 from strategies import any_frames, chunked, frames, raw_bytes, raw_primaries, streams
 
 from ghst import Receiver, crc8
+from ghst_tools.campaign.model import CONTROL_TYPES, Model, control, crc, differences, frame
 
 thorough = settings(max_examples=250, deadline=None, derandomize=True)
 each_type = settings(max_examples=60, deadline=None, derandomize=True)

@@ -2,8 +2,9 @@
 
 import pytest
 from behaviour import random_bytes
-from model import Model, crc
 from targets import Target
+
+from ghst_tools.campaign.model import Model, crc
 
 BLOCKS = {
     "fill_with_noise": {"cpython": 4_000, "unix": 16_000, "rp2040": 2},

@@ -14,12 +14,12 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from model import CONTROL_TYPES, control, crc
 from recordings import BEGUN, BYTE_S
 from strategies import any_frames, raw_bytes, raw_primaries
 
 from ghst import Receiver, protocol
 from ghst_tools import boards
+from ghst_tools.campaign.model import CONTROL_TYPES, control, crc
 from ghst_tools.cli import ghst
 from ghst_tools.frames import kinds, text
 from ghst_tools.frames.log import header, line

@@ -1,0 +1,1 @@
+"""The reliability campaign, and the rigs and generators that it shares with the tests."""
