@@ -10,6 +10,7 @@ import sys
 
 _LONGEST = 80
 _BACKSPACE = b"\x08\x7f"
+_DROP_LINE = b"\x15"  # Ctrl-U, as at the prompt: programs begin with it
 
 
 class Console:
@@ -45,6 +46,8 @@ class Console:
                 return
             if byte in _BACKSPACE:
                 self._length = max(0, self._length - 1)
+            elif byte == _DROP_LINE:
+                self._length = 0
             else:
                 if self._length < _LONGEST:
                     self._line[self._length] = byte[0]
