@@ -13,7 +13,7 @@ PYTHON_IN_VENV := .venv/bin/python
 GHST := .venv/bin/ghst
 
 .DEFAULT_GOAL := help
-.PHONY: help demo bench test lint micropython image firmware flash sigrok .venv clean
+.PHONY: help demo bench campaign mutation test lint micropython image firmware flash sigrok .venv clean
 
 help: ## This list
 	@sed -n 's/^\([a-z][a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -23,6 +23,12 @@ demo: $(VENV) ## Watch an emulated board follow a simulated Ghost receiver
 
 bench: $(VENV) ## Measure the firmware on the emulated chip, write docs/figures.md
 	@$(GHST) bench
+
+campaign: $(VENV) ## Attack the firmware on purpose, for hours; write docs/reliability.md
+	@$(GHST) campaign
+
+mutation: $(VENV) ## Break the firmware in many ways; the tests have to notice each
+	@$(GHST) campaign mutation
 
 test: $(VENV) micropython image firmware ## Run every test: CPython, the unix port, the emulated board
 	@tools/debian.sh sigrok-cli=sigrok-cli

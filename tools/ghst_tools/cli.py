@@ -27,6 +27,7 @@ COMMANDS = {
     "emulate": ("ghst_tools.emulator.console_server", "Run the emulated board on a TCP port."),
     "demo": ("ghst_tools.demo.run", "Watch an emulated board follow a simulated receiver."),
     "bench": ("ghst_tools.bench.run", "Measure the firmware on the emulated chip."),
+    "campaign": ("ghst_tools.campaign.run", "Attack the firmware, write docs/reliability.md."),
     "wiring": ("ghst_tools.wiring", "Draw the boards' wiring and write docs/boards.md."),
     "mip-manifest": ("ghst_tools.mip", "Write package.json for lib/ghst."),
     "docs-tools": ("ghst_tools.tool_docs.run", "Write docs/tools.md from runs of its examples."),

@@ -107,6 +107,11 @@ class Model:
         self._skip(max(0, len(self.pending) - 1))
         return self.frames - before
 
+    def discard(self) -> None:
+        """Drops an unfinished frame, as a line that goes quiet inside it does."""
+        self.skipped_bytes += len(self.pending)
+        self.pending = b""
+
     def _skip(self, count: int) -> None:
         # One byte beyond what is skipped: a length byte may be the start of the next frame.
         places = _BAD_LENGTH.findall(self.pending[: count + 1])

@@ -1,0 +1,52 @@
+"""What the campaign is made of: areas, and the trials of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+
+from ghst_tools.campaign import application_bytes, library_bytes, wire_bytes
+from ghst_tools.campaign.effort import Effort
+from ghst_tools.campaign.picos import Picos
+from ghst_tools.campaign.verdict import Row
+
+Trial = Callable[[], list[Row]]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a run of the campaign is given."""
+
+    image: Path
+    effort: Effort
+    seed: int
+
+    @cached_property
+    def picos(self) -> Picos:
+        """The boards, compiled and built when the first is asked for."""
+        return Picos(self.image)
+
+
+def _bytes(setting: Setting) -> Iterator[tuple[str, Trial]]:
+    effort, seed = setting.effort, setting.seed
+    yield "library", partial(library_bytes.fuzz, seed, effort.library_bytes)
+    yield "wire", lambda: wire_bytes.fuzz(setting.picos, seed, effort.wire_bytes)
+    yield (
+        "firmware",
+        lambda: application_bytes.fuzz(setting.picos, seed, effort.application_bytes),
+    )
+
+
+@dataclass(frozen=True)
+class Area:
+    """A part of the campaign: its heading, and its trials by name."""
+
+    title: str
+    trials: Callable[[Setting], Iterator[tuple[str, Trial]]]
+
+
+AREAS = {
+    "bytes": Area("Bytes", _bytes),
+}

@@ -1,0 +1,92 @@
+"""docs/reliability.md: a section for each area of the campaign, written by its last run."""
+
+from __future__ import annotations
+
+import platform
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from importlib.metadata import version
+
+from ghst_tools.bench.document import NOT_MODELLED
+from ghst_tools.campaign.verdict import Row
+
+_INTRODUCTION = """\
+# The reliability campaign
+
+The firmware, attacked on purpose: what was done to it, what happened, and how to do it again. The
+sections are written by `ghst campaign`, each by the last run that had its area in it; nothing in
+them is typed by hand.
+
+    make campaign                    # all of it, the long form: hours
+    ghst campaign line time          # some areas
+    ghst campaign bytes --seed 7     # other bytes
+    ghst campaign --short            # a little of each: what the tests run
+    ghst campaign flight --minutes 5
+
+Everything random comes from the seed that is named with each section, and what runs on the
+emulated chip is in emulated time: the same command gives the same result everywhere. What goes
+wrong is saved to a file in `host_tests/campaign/cases`, which is a test from then on; a case that
+was mended stays there.
+
+The firmware is the one in this tree, unmodified. What the emulator does not model:
+
+{not_modelled}
+"""
+
+
+@dataclass(frozen=True)
+class Section:
+    """What a run found in one area."""
+
+    title: str
+    command: str
+    seed: int
+    seconds: float
+    rows: Sequence[Row]
+
+
+def versions(micropython: str) -> str:
+    """What took part, in a line; `micropython` is the image's version."""
+    return ", ".join(
+        (
+            f"micropython-ghst {version('micropython-ghst')}",
+            f"MicroPython {micropython}",
+            f"rp2040py {version('rp2040py')}",
+            f"Python {platform.python_version()}",
+        )
+    )
+
+
+def update(old: str, order: Sequence[str], new: Mapping[str, Section], taking_part: str) -> str:
+    """The document with the sections in `new` in place of those it had; `order`: all titles."""
+    parts = {part.split("\n", 1)[0]: part for part in re.split(r"^## ", old, flags=re.M)[1:]}
+    for title, section in new.items():
+        parts[title] = _section(section, taking_part)
+    introduction = _INTRODUCTION.format(
+        not_modelled="\n".join(f"- {line}" for line in NOT_MODELLED)
+    )
+    kept = [f"## {parts[title].rstrip()}\n" for title in order if title in parts]
+    return "\n".join([introduction, *kept])
+
+
+def _section(section: Section, taking_part: str) -> str:
+    lines = [
+        section.title,
+        "",
+        f"`{section.command}` on {date.today()}, seed {section.seed}, in "
+        f"{section.seconds:.0f} s of the host's time; {taking_part}.",
+        "",
+        "| fault | what was done | what happened |",
+        "| --- | --- | --- |",
+    ]
+    lines += [
+        f"| {' | '.join(_cell(cell) for cell in (row.fault, row.done, row.happened))} |"
+        for row in section.rows
+    ]
+    return "\n".join(lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")

@@ -1,0 +1,109 @@
+"""The command `ghst campaign`."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from ghst_tools import boards, micropython_image
+from ghst_tools.campaign import cases, document
+from ghst_tools.campaign.areas import AREAS, Setting, Trial
+from ghst_tools.campaign.effort import LONG, SEED, SHORT
+from ghst_tools.campaign.fork import ChildError
+from ghst_tools.campaign.verdict import Row, Wrong
+from ghst_tools.errors import GhstError
+from ghst_tools.files import write_file
+
+DOCUMENT = "docs/reliability.md"
+
+
+def attempt(name: str, trial: Trial, console: Console) -> tuple[list[Row], bool]:
+    """Run a trial; its rows, and whether all was right. A failing case is saved."""
+    try:
+        return trial(), True
+    except Wrong as wrong:
+        reason = str(wrong)
+        if wrong.case is not None:
+            path = cases.save(wrong.case, reason)
+            reason += f" (saved as {path.name})"
+    except (TimeoutError, ChildError) as error:
+        reason = f"{type(error).__name__}: {error}"
+    console.print(f"  {name}: WRONG: {reason}", style="bold red", markup=False)
+    return [Row(name, "", f"WRONG: {reason}")], False
+
+
+def campaign(
+    setting: Setting, names: list[str], command: str, console: Console
+) -> tuple[dict[str, document.Section], int]:
+    """Run areas and show what happens; the sections by title, and how many trials went wrong."""
+    sections = {}
+    wrong = 0
+    for name in names:
+        area = AREAS[name]
+        rows: list[Row] = []
+        started = time.monotonic()
+        console.print(f"{area.title}, seed {setting.seed}", style="bold")
+        for trial_name, trial in area.trials(setting):
+            with console.status(f"{name}: {trial_name}"):
+                found, right = attempt(trial_name, trial, console)
+            wrong += not right
+            rows += found
+            for row in found if right else ():
+                console.print(f"  {row.fault}: {row.done}: {row.happened}", markup=False)
+        sections[area.title] = document.Section(
+            area.title,
+            f"{command} {name}",
+            setting.seed,
+            time.monotonic() - started,
+            rows,
+        )
+    return sections, wrong
+
+
+def write(out: Path, sections: dict[str, document.Section], image: Path) -> None:
+    """Put these sections into the document at `out`, which keeps its others."""
+    try:
+        old = out.read_text(encoding="utf-8") if out.exists() else ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise GhstError(f"{out} cannot be read: {error}") from error
+    taking_part = document.versions(micropython_image.version_of(image))
+    order = [area.title for area in AREAS.values()]
+    write_file(out, document.update(old, order, sections, taking_part).encode())
+
+
+@click.command()
+@click.argument("areas", nargs=-1, type=click.Choice(list(AREAS)))
+@click.option("--short", is_flag=True, help="A little of each: to see that it works.")
+@click.option("--seed", default=SEED, show_default=True, help="For everything random.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help=f"The document to write; default: {DOCUMENT} in the checkout, none with --short.",
+)
+@click.option(
+    "--image",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="MicroPython image (UF2); default: what `ghst micropython` names.",
+)
+def command(
+    areas: tuple[str, ...], short: bool, seed: int, out: Path | None, image: Path | None
+) -> None:
+    """Attack the firmware on purpose, all of it or AREAS, and write docs/reliability.md.
+
+    The long form takes hours. What goes wrong is saved as a case in host_tests/campaign/cases,
+    which the tests replay.
+    """
+    setting = Setting(micropython_image.find(image), SHORT if short else LONG, seed)
+    names = list(areas) or list(AREAS)
+    line = "ghst campaign" + (" --short" if short else "")
+    sections, wrong = campaign(setting, names, line, Console(highlight=False, soft_wrap=True))
+    if out is None and not short:
+        out = boards.checkout() / DOCUMENT
+    if out is not None:
+        write(out, sections, setting.image)
+        click.echo(f"{out} written")
+    if wrong:
+        raise GhstError(f"{wrong} trials went wrong")
