@@ -115,7 +115,10 @@ def on_unix(all_blocks: Iterable[list[bytes]], expected: Sequence[str], limit_s:
         )
         if right < len(expected):
             at = next(islice(all_blocks, right, None))
-            reason = done.stderr.strip() or f"{found[right]}, the model has {expected[right]}"
+            if done.returncode:
+                reason = " ".join([*found[right:], done.stderr]).strip()
+            else:
+                reason = f"{found[right]}, the model has {expected[right]}"
             raise Wrong(f"unix port: {reason}", bytes_case(at))
 
 
