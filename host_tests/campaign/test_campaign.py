@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from ghst_tools.campaign.areas import AREAS, Setting
+from ghst_tools.campaign.areas import AREAS
 from ghst_tools.campaign.effort import SEED, SHORT
 from ghst_tools.campaign.picos import Picos
+from ghst_tools.campaign.setting import Setting
 
 # The names of the trials need no image.
 TRIALS = [

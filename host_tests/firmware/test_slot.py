@@ -10,6 +10,8 @@ from rig import Pico
 import ghst
 from forked import forked
 from ghst_tools import boards
+from ghst_tools.campaign.pico import TALKING as IDLE
+from ghst_tools.campaign.pico import TALKING_SETUP as SETUP
 from ghst_tools.emulator import GhostReceiver
 
 BYTE_NS = 10e9 / 420_000
@@ -24,20 +26,6 @@ FRAMES = ghst.decoder.FRAMES
 FOREIGN = ghst.decoder.FOREIGN_FRAMES
 SKIPPED = ghst.decoder.SKIPPED_BYTES
 
-# A telemetry frame waits as soon as the last one is gone; no two are the same.
-SETUP = """
-import machine
-from ghst import telemetry
-frame = bytearray(14)
-number = 0
-def refill():
-    global number
-    if adapter.control.slot_free:
-        telemetry.pack_status(frame, number * 10, 0, 0, True)
-        number = (number + 1) & 0xFFFF
-        adapter.control.send(frame)
-"""
-IDLE = "adapter.poll(); refill(); machine.idle()"
 # The same frame all the time costs the emulator less than a new one each time.
 RESEND = "words[16] = 1; machine.idle()"
 LOADS = {

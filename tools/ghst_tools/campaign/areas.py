@@ -4,29 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
-from pathlib import Path
+from functools import partial
 
-from ghst_tools.campaign import application_bytes, library_bytes, wire_bytes
-from ghst_tools.campaign.effort import Effort
-from ghst_tools.campaign.picos import Picos
-from ghst_tools.campaign.verdict import Row
-
-Trial = Callable[[], list[Row]]
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What a run of the campaign is given."""
-
-    image: Path
-    effort: Effort
-    seed: int
-
-    @cached_property
-    def picos(self) -> Picos:
-        """The boards, compiled and built when the first is asked for."""
-        return Picos(self.image)
+from ghst_tools.campaign import application_bytes, library_bytes, line, wire_bytes
+from ghst_tools.campaign.setting import Setting
+from ghst_tools.campaign.verdict import Trial
 
 
 def _bytes(setting: Setting) -> Iterator[tuple[str, Trial]]:
@@ -49,4 +31,5 @@ class Area:
 
 AREAS = {
     "bytes": Area("Bytes", _bytes),
+    "line": Area("Line", line.trials),
 }

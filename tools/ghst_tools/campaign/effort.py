@@ -14,15 +14,26 @@ class Effort:
     library_bytes: int
     wire_bytes: int
     application_bytes: int
+    glitches: int
+    """Of each width."""
+    line_frames: int
+    """For each wrong speed, slow edge and pause."""
+    talks: int
 
 
 LONG = Effort(
     library_bytes=10_000_000,
     wire_bytes=1_000_000,
     application_bytes=200_000,
+    glitches=500,
+    line_frames=40,
+    talks=200,
 )
 SHORT = Effort(
     library_bytes=300_000,
     wire_bytes=10_000,
     application_bytes=5_000,
+    glitches=20,
+    line_frames=8,
+    talks=12,
 )

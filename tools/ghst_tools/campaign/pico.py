@@ -31,6 +31,21 @@ while True:
     {loop}
 """
 
+# A telemetry frame waits as soon as the last one is gone; no two are the same.
+TALKING_SETUP = """
+import machine
+from ghst import telemetry
+frame = bytearray(14)
+number = 0
+def refill():
+    global number
+    if adapter.control.slot_free:
+        telemetry.pack_status(frame, number * 10, 0, 0, True)
+        number = (number + 1) & 0xFFFF
+        adapter.control.send(frame)
+"""
+TALKING = "adapter.poll(); refill(); machine.idle()"
+
 
 class CompareWrite(NamedTuple):
     """A write to a PWM compare register."""

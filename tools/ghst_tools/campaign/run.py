@@ -10,10 +10,11 @@ from rich.console import Console
 
 from ghst_tools import boards, micropython_image
 from ghst_tools.campaign import cases, document
-from ghst_tools.campaign.areas import AREAS, Setting, Trial
+from ghst_tools.campaign.areas import AREAS
 from ghst_tools.campaign.effort import LONG, SEED, SHORT
 from ghst_tools.campaign.fork import ChildError
-from ghst_tools.campaign.verdict import Row, Wrong
+from ghst_tools.campaign.setting import Setting
+from ghst_tools.campaign.verdict import Row, Trial, Wrong
 from ghst_tools.errors import GhstError
 from ghst_tools.files import write_file
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,9 @@ class Row:
     fault: str
     done: str
     happened: str
+
+
+Trial = Callable[[], list[Row]]
 
 
 class Wrong(Exception):

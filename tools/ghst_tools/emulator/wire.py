@@ -72,8 +72,16 @@ class Wire:
         if start < now or start < busy_until:
             raise ValueError(f"send at {start:.0f} ns: the wire is taken to {busy_until:.0f} ns")
         levels, end = encode(data, start, baud, gap_ns)
-        self._schedule(levels, end)
+        self.play(levels, end)
         return end
+
+    def play(self, levels: Iterable[tuple[float, bool]], end: float) -> None:
+        """Drive these changes of level, in the order of time, and release the wire at `end`."""
+        idle = not self._queue
+        self._queue.extend(levels)
+        self._queue.append((end, None))
+        if idle:
+            self._alarm.schedule(max(0.0, self._queue[0][0] - self.clock.nanos))
 
     def hold(self, level: bool, t0_ns: float, t1_ns: float) -> None:
         """Hold the wire at `level` from `t0_ns` to `t1_ns`, whatever is being sent (a break)."""
@@ -95,13 +103,6 @@ class Wire:
         """Read the edges caused by `who` (None: all) from `since` on as 8N1."""
         edges = (edge for edge in self.edges if edge.t_ns >= since and who in (None, edge.who))
         return decode(((edge.t_ns, edge.level) for edge in edges), baud, self.clock.nanos)
-
-    def _schedule(self, levels: Iterable[tuple[float, bool]], end: float) -> None:
-        idle = not self._queue
-        self._queue.extend(levels)
-        self._queue.append((end, None))
-        if idle:
-            self._alarm.schedule(max(0.0, self._queue[0][0] - self.clock.nanos))
 
     def _play(self) -> None:
         queue, now = self._queue, self.clock.nanos

@@ -1,0 +1,213 @@
+"""Faults of the wire: levels that stick, glitches, slow edges, wrong speeds, second talkers."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import ghst  # type: ignore[import-not-found]
+from ghst import decoder
+from ghst_tools.campaign.pico import TALKING, TALKING_SETUP, Pico
+from ghst_tools.campaign.picos import Picos, check_outputs, forked, no_exception
+from ghst_tools.campaign.setting import Setting
+from ghst_tools.campaign.verdict import Row, Trial, equal, expect
+from ghst_tools.emulator.wire import BAUD
+from ghst_tools.uart_bits import encode
+
+FAILSAFE_NS = 110e6
+FAILSAFE_LIMIT_NS = 130e6  # two ticks more
+_LAST_PULSE_NS = 2.2e6  # it may have begun just before
+_BIT_NS = 1e9 / BAUD
+_FRAME_NS = 140 * _BIT_NS
+_TELEMETRY_FRAMES, _COLLISIONS = 22, 23  # words of firmware.interrupts
+_PIO1_IRQ_FORCE = 0x50300034
+
+CENTRE = bytes(ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4))
+ENDS = bytes(ghst.encode.channels(0x30, (48, 4048, 1048, 3048), (3, 253, 64, 192)))
+LINK = bytes(ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=6))
+_CENTRE_PULSES, _ENDS_PULSES = [6000] * 8, [4000, 8000, 5000, 7000, 4000, 8000, 4976, 7024]
+
+
+def still(picos: Picos) -> Pico:
+    """A board whose main loop sleeps, failsafe after 110 ms, with its watchdog on."""
+    return picos.run(options="failsafe_ms=110", watchdog=True)
+
+
+def talking(picos: Picos) -> Pico:
+    """A board that has always a telemetry frame to send."""
+    return picos.run(TALKING, setup=TALKING_SETUP)
+
+
+def held(pico: Pico, level: bool, hold_ns: float) -> str:
+    """Fly, have the line stuck, let it go."""
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    begun = pico.at(50.1e6)
+    pico.wire.hold(level, begun, begun + hold_ns)
+    pico.board.run_for(50.1e6 + hold_ns - 1e6)
+    last = max(end for end, _ in receiver.sent if end < begun)
+    writes = [c.t_ns for c in pico.compares if c.t_ns > last + 1e6]
+    equal(len(writes), 4, "compare writes of failsafe, one for each slice")
+    delay = writes[-1] - last
+    expect(FAILSAFE_NS < delay <= FAILSAFE_LIMIT_NS, f"failsafe after {delay / 1e6} ms")
+    quiet = pico.no_pulses_since(last + FAILSAFE_LIMIT_NS + _LAST_PULSE_NS)
+    expect(quiet, "pulses in failsafe")
+    equal(pico.pulses(), [0] * 16, "channels in failsafe")
+    before = pico.word(decoder.FRAMES)
+    released = pico.at(1e6)
+    pico.board.run_for(41e6)
+    sent = sum(1 for end, _ in receiver.sent if released + _FRAME_NS < end < pico.at(-100e3))
+    frames = pico.word(decoder.FRAMES) - before
+    expect(frames >= sent >= 9, f"{frames} frames of {sent} decoded after it")
+    no_exception(pico)
+    check_outputs(pico)
+    return (
+        f"failsafe {delay / 1e6:.1f} ms after the last frame, no pulse in it, no reset; every "
+        "frame decoded that began after it"
+    )
+
+
+def glitches(pico: Pico, width_ns: float, count: int, seed: int) -> str:
+    """Frames with a glitch somewhere; each is decoded as it was sent, or not at all."""
+    rng = random.Random(seed)
+    lost = 0
+    frames = 0
+    for index in range(count):
+        frame, pulses = ((CENTRE, _CENTRE_PULSES), (ENDS, _ENDS_PULSES))[index % 2]
+        start = pico.at(1e6)
+        where = rng.uniform(-10e3, _FRAME_NS)
+        before = pico.pulses()[:8]
+        pico.wire.glitch(start + where, width_ns)
+        pico.wire.send(frame, start)
+        pico.board.run_for(1e6 + _FRAME_NS + 300e3)
+        decoded = pico.word(decoder.FRAMES) - frames
+        place = f"a glitch of {width_ns} ns {where:.0f} ns after the start of a frame"
+        equal(pico.pulses()[:8], pulses if decoded else before, f"{place}: channels")
+        lost += not decoded
+        pico.wire.send(frame, pico.at(500e3))
+        pico.board.run_for(500e3 + _FRAME_NS + 200e3)
+        frames += decoded + 1
+        equal(pico.word(decoder.FRAMES), frames, f"{place}: frames with the next")
+        equal(pico.pulses()[:8], pulses, f"{place}: channels after the next")
+    check_outputs(pico)
+    return f"{lost} of {count} frames lost, none decoded as another one, the next always decoded"
+
+
+def slow_edges(pico: Pico, late_ns: float, rising: bool, count: int) -> str:
+    """Frames whose rising or falling edges come late."""
+    for index in range(count):
+        start = pico.at(1e6 + 37.3 * index)
+        levels, end = encode(CENTRE if index % 2 else ENDS, start, BAUD)
+        late = [(t + late_ns if level is rising else t, level) for t, level in levels]
+        pico.wire.play(late, end + late_ns)
+        pico.board.run_for(2e6)
+    equal(pico.word(decoder.FRAMES), count, "frames decoded")
+    equal(pico.word(decoder.CRC_ERRORS), 0, "CRC errors")
+    expect(pico.pulses()[:8] in (_CENTRE_PULSES, _ENDS_PULSES), "wrong channels")
+    return f"all {count} decoded"
+
+
+def off_rate(pico: Pico, baud: float, count: int) -> str:
+    """Frames at another baud rate, at every phase of the state machine's clock."""
+    for index in range(count):
+        pico.wire.send(ENDS, pico.at(1.7e6 + 41.3 * index), baud=baud)
+        pico.board.run_for(2.4e6)
+    equal(pico.word(decoder.FRAMES), count, f"frames decoded at {baud} baud")
+    equal(pico.word(decoder.SKIPPED_BYTES), 0, f"bytes skipped at {baud} baud")
+    equal(pico.pulses()[:8], _ENDS_PULSES, "channels")
+    return f"all {count} decoded"
+
+
+def second_talker(pico: Pico, count: int, seed: int) -> str:
+    """Somebody else talks in our slot, at any time and with anything."""
+    rng = random.Random(seed)
+    for index in range(count):
+        end = pico.wire.send(LINK, pico.at(1e6))
+        data = rng.choice((rng.randbytes(rng.randrange(1, 15)), b"\x89\x0c" + rng.randbytes(12)))
+        # Nothing in it that a frame for us could begin with.
+        data = bytes(byte & 0x7F if byte == 0x82 else byte for byte in data)
+        talk = end + rng.uniform(900e3, 1400e3)
+        pico.wire.send(data, talk)
+        pico.wire.send(LINK, end + 2e6)
+        pico.board.run_for(end + 2e6 + _FRAME_NS + 100e3 - pico.board.now_ns)
+        place = f"{data.hex()} {(talk - end) / 1e3:.1f} us behind a frame"
+        equal(pico.word(decoder.FRAMES), 2 * index + 2, f"{place}: frames decoded")
+        pico.board.run_for(3e6)
+    collisions = pico.control_word(_COLLISIONS)
+    sent = pico.control_word(_TELEMETRY_FRAMES)
+    expect(sent > 0 and collisions > 0, f"{sent} frames sent, {collisions} collisions")
+    check_outputs(pico)
+    no_exception(pico)
+    return (
+        f"all {2 * count} frames of the receiver decoded; {sent} telemetry frames sent, "
+        f"{collisions} of them counted as collisions, none taken for a frame of the receiver"
+    )
+
+
+def doubled(pico: Pico, pause_us: float, count: int) -> str:
+    """Each frame comes twice; telemetry follows the second."""
+    ends = []
+    for _ in range(count):
+        end = pico.wire.send(LINK, pico.at(100e3))
+        end = pico.wire.send(LINK, end + pause_us * 1e3)
+        ends.append(end)
+        pico.board.run_for(end + 3e6 - pico.board.now_ns)
+    equal(pico.word(decoder.FRAMES), 2 * count, "frames decoded")
+    equal(pico.control_word(_COLLISIONS), 0, "collisions")
+    starts = [byte.t_ns for byte in pico.wire.decode()][::14]
+    equal(len(starts), count, "telemetry frames")
+    late = [(start - end) / 1e3 for start, end in zip(starts, ends, strict=True)]
+    expect(min(late) > 990 and max(late) < 1010, f"telemetry {late} us behind the second frame")
+    return f"both decoded {count} times; one telemetry frame each time, 1000 us behind the second"
+
+
+def echo_missing(pico: Pico, count: int) -> str:
+    """The state machine says that it sends, and nothing is heard; then the next frame comes."""
+    for index in range(count):
+        # A mode without a downlink: what is sent is our own doing.
+        quiet = bytes(ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=12))
+        end = pico.wire.send(quiet, pico.at(1e6))
+        pico.board.run_for(end + 990e3 + 500.0 * index - pico.board.now_ns)
+        pico.board.write32(_PIO1_IRQ_FORCE, 1 << 4)
+        pico.wire.send(quiet, end + 2e6)
+        pico.board.run_for(end + 4e6 - pico.board.now_ns)
+        equal(pico.word(decoder.FRAMES), 2 * index + 2, "frames decoded")
+        equal(pico.control_word(_COLLISIONS), index + 1, "collisions")
+    return f"{count} collisions counted, all {2 * count} frames of the receiver decoded"
+
+
+def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
+    """The trials, by name."""
+    effort, seed = setting.effort, setting.seed
+
+    def trial(
+        fault: str, done: str, start: Callable[[Picos], Pico], act: Callable[[Pico], str]
+    ) -> tuple[str, Trial]:
+        def run() -> list[Row]:
+            pico = start(setting.picos)
+            return [Row(fault, done, forked(lambda: act(pico)))]
+
+        return f"{fault}, {done}", run
+
+    for level, name in ((False, "low"), (True, "high")):
+        for hold_ms in (200, 2000):
+            act = partial(held, level=level, hold_ns=hold_ms * 1e6)
+            yield trial(f"line stuck {name}", f"in flight, for {hold_ms} ms", still, act)
+    for width_ns in (10, 50, 100, 200):
+        act = partial(glitches, width_ns=width_ns, count=effort.glitches, seed=seed)
+        yield trial("glitches", f"{width_ns} ns, one anywhere in each frame", still, act)
+    for late_ns in (300, 600, 900):
+        for rising, name in ((True, "rising"), (False, "falling")):
+            act = partial(slow_edges, late_ns=late_ns, rising=rising, count=effort.line_frames)
+            yield trial("slow edges", f"all {name} edges {late_ns} ns late", still, act)
+    for share in (-2.5, -1.25, 1.25, 2.5):
+        act = partial(off_rate, baud=BAUD * (1 + share / 100), count=effort.line_frames)
+        yield trial("baud rate off", f"by {share:+} % of {BAUD}", still, act)
+    act = partial(second_talker, count=effort.talks, seed=seed)
+    done = f"anything from 0.9 to 1.4 ms behind a frame, {effort.talks} times"
+    yield trial("second talker in our slot", done, talking, act)
+    for pause_us in (0, 20, 500, 900):
+        act = partial(doubled, pause_us=pause_us, count=effort.line_frames)
+        yield trial("receiver doubles its frames", f"{pause_us} us apart", talking, act)
+    act = partial(echo_missing, count=effort.line_frames)
+    yield trial("echo missing", "of a telemetry frame that was sent", still, act)
