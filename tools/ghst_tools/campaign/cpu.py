@@ -76,7 +76,7 @@ FAULTS: tuple[tuple[str, str, str, bytes | None], ...] = (
     ("sleep", "the main loop sleeps for an hour", STANDS, None),
     ("fail", "an exception in a console command", GOES_ON, None),
     ("step", "an exception in a user's step, in every round", GOES_ON, None),
-    ("leave", "SystemExit in a user's command", GOES_ON, None),
+    ("leave", "SystemExit in a user's code", GOES_ON, None),
     ("recurse", "recursion without end", GOES_ON, None),
     ("fill_and_free", "all of the heap taken, then freed", GOES_ON, None),
     ("fill", "all of the heap taken and kept", "", None),
