@@ -21,6 +21,7 @@ COMMANDS = {
     "config": ("ghst_tools.configuration.command", "Check and show a board's configuration."),
     "decode": ("ghst_tools.decode", "Show the frames of a recording, one line each."),
     "sniff": ("ghst_tools.sniff.run", "Listen on the wire: frames, timing, a log."),
+    "simulate": ("ghst_tools.simulate.run", "Be a Ghost receiver on a serial adapter."),
     "replay": ("ghst_tools.replay", "Send the receiver's side of a recording to a port."),
     "plot": ("ghst_tools.plot.run", "Draw channels, link and timing of a recording."),
     "vcd": ("ghst_tools.wire_vcd", "Write a log as a VCD file, for PulseView."),

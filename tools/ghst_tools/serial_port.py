@@ -4,16 +4,31 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import socket
 from collections.abc import Iterator
 from typing import Any
 
 import serial  # type: ignore[import-untyped]
 from serial.tools import list_ports  # type: ignore[import-untyped]
+from serial.urlhandler import protocol_socket  # type: ignore[import-untyped]
 
 from ghst.protocol import BAUD_RATE  # type: ignore[import-not-found]
 from ghst_tools.errors import GhstError
 
 _WRITE_TIMEOUT_S = 1.0
+_PEEKED_BYTES = 4096
+
+
+class _SocketPort(protocol_socket.Serial):  # type: ignore[misc]
+    """Tells how many bytes wait: pyserial's own tells whether there are any."""
+
+    @property
+    def in_waiting(self) -> int:
+        if not super().in_waiting:
+            return 0
+        with contextlib.suppress(BlockingIOError):
+            return len(self._socket.recv(_PEEKED_BYTES, socket.MSG_PEEK))
+        return 0
 
 
 def explain(port: str, error: Exception) -> GhstError:
@@ -47,6 +62,11 @@ def open_wire(port: str | None, baud: int = BAUD_RATE, timeout_s: float = 0.05) 
     return line
 
 
+def is_network(port: str) -> bool:
+    """Whether a port is one of another computer or program, and its time not that of a wire."""
+    return "://" in port
+
+
 @contextlib.contextmanager
 def unplugged(port: str, what_now: str) -> Iterator[None]:
     """Turn the errors of a port that vanishes into a `GhstError`, which ends with `what_now`."""
@@ -59,8 +79,9 @@ def unplugged(port: str, what_now: str) -> Iterator[None]:
 
 
 def _open(port: str, **settings: Any) -> Any:
+    make = _SocketPort if port.startswith("socket://") else serial.serial_for_url
     try:
-        return serial.serial_for_url(port, exclusive=True, **settings)
+        return make(port, exclusive=True, **settings)
     except (OSError, ValueError) as error:
         raise explain(port, error) from error
 

@@ -6,19 +6,16 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-from ghst import encode  # type: ignore[import-not-found]
 from ghst_tools import captures
+from ghst_tools.control_frames import CENTRE, ROTATIONS, control_frame
 
 RATE_HZ = 250
 CHANNELS = 16
 
 _FRAME_BYTES = 14
-_CENTRE = 6000  # quarter microseconds: 1500 us
-_LINK_DATA = 0x13
 _12_BIT = 0x20
-# A receiver with 16 channels: each frame has the sticks, and in turn four of the others or the
-# link data. The order of the first three is the one of the real capture.
-_ROTATION = (0x11, 0x13, 0x10, 0x12)
+# Each frame has the sticks, and in turn four of the other channels or the link data.
+_ROTATION = ROTATIONS[CHANNELS]
 _RF_MODE = 10  # Race250: the one with telemetry at 250 Hz
 
 # Out of 1: how the time of the flight is divided.
@@ -91,7 +88,7 @@ def sticks(t_s: float, swing_us: float) -> list[int]:
         2 * (0.7 * t_s % 1) - 1,
     ]
     moves += [move / 2 for move in moves]
-    return [_CENTRE + round(4 * swing_us * move) for move in moves]
+    return [CENTRE + round(4 * swing_us * move) for move in moves]
 
 
 def pulses_in(frame: bytes) -> dict[int, int]:
@@ -104,13 +101,13 @@ def pulses_in(frame: bytes) -> dict[int, int]:
     packed = int.from_bytes(frame[3:9], "little")
     primaries = [packed >> 12 * index & 0xFFF for index in range(4)]
     if kind & _12_BIT:
-        values = {1 + i: _CENTRE + (raw - 2048) for i, raw in enumerate(primaries)}
+        values = {1 + i: CENTRE + (raw - 2048) for i, raw in enumerate(primaries)}
     else:
-        values = {1 + i: _CENTRE + (5 * (raw - 1984) >> 2) for i, raw in enumerate(primaries)}
+        values = {1 + i: CENTRE + (5 * (raw - 1984) >> 2) for i, raw in enumerate(primaries)}
     if kind & 0x0F <= 2:
         first = 5 + 4 * (kind & 0x0F)
         centre, step = (128, 16) if kind & _12_BIT else (124, 20)
-        values |= {first + i: _CENTRE + step * (raw - centre) for i, raw in enumerate(frame[9:13])}
+        values |= {first + i: CENTRE + step * (raw - centre) for i, raw in enumerate(frame[9:13])}
     return values
 
 
@@ -122,12 +119,9 @@ def _stick_frame(scaling: int, index: int) -> bytes:
     # The legacy scaling reaches beyond -100..+100 %, and radios do send that: the sticks go to the
     # ends of what the frame can carry.
     pulses = sticks(index / RATE_HZ, 500 if scaling else 660)
-    kind = scaling | _ROTATION[index % len(_ROTATION)]
-    if kind & 0x0F != _LINK_DATA & 0x0F:
-        return encode.channels_from_pulses(kind, pulses)
-    return encode.link_data(
-        kind,
-        [encode.raw_primary(kind, pulse) for pulse in pulses[:4]],
+    return control_frame(
+        scaling | _ROTATION[index % len(_ROTATION)],
+        pulses,
         lq=100 - index // 40 % 20,
         rssi_dbm=-60 - index // 20 % 40,
         rf_mode=_RF_MODE,

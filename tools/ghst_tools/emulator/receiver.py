@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ghst_tools.emulator.wire import BAUD, Edge, Wire
-from ghst_tools.uart_bits import SerialDecoder
+from ghst_tools.emulator.wire import BAUD, Wire
+from ghst_tools.emulator.wire_port import WireReader
 
 FRAME_BYTES = 14
 DOWNLINK_ADDRESS = 0x89
@@ -59,10 +59,8 @@ class GhostReceiver:
         self._slots = 0
         self._running = False
         self._last_end_ns: float | None = None
-        self._decoder = SerialDecoder(baud)
         self._partial: list[tuple[float, int, bool]] = []
-        self._flush_alarm = self._clock.create_alarm(self._flush)
-        wire.watch(self._edge)
+        WireReader(wire, self._byte, baud, "device")
 
     @property
     def running(self) -> bool:
@@ -111,18 +109,6 @@ class GhostReceiver:
         self.wire.cut()
         while self.sent and self.sent[-1].end_ns > self._clock.nanos:
             self.sent.pop()  # never complete
-
-    def _edge(self, edge: Edge) -> None:
-        if edge.who != "device":
-            return
-        for byte in self._decoder.feed(edge.t_ns, edge.level):
-            self._byte(*byte)
-        if self._decoder.pending:
-            self._flush_alarm.schedule(11e9 / self.baud)
-
-    def _flush(self) -> None:
-        for byte in self._decoder.flush(self._clock.nanos):
-            self._byte(*byte)
 
     def _byte(self, t_ns: float, value: int, ok: bool) -> None:
         partial = self._partial

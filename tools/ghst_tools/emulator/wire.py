@@ -50,6 +50,11 @@ class Wire:
         """The level on the wire now."""
         return bool(self.pin.level)
 
+    @property
+    def busy_until_ns(self) -> float:
+        """When everything that is queued will have been sent."""
+        return self._queue[-1][0] if self._queue else float(self.clock.nanos)
+
     def watch(self, watcher: Callable[[Edge], None]) -> None:
         """Call `watcher` with every edge from now on."""
         self._watchers += (watcher,)
@@ -67,7 +72,7 @@ class Wire:
         `gap_ns` the idle time between two bytes. Sends have to be queued in the order of time.
         """
         now = self.clock.nanos
-        busy_until = self._queue[-1][0] if self._queue else now
+        busy_until = self.busy_until_ns
         start = max(now, busy_until) if at_ns is None else at_ns
         if start < now or start < busy_until:
             raise ValueError(f"send at {start:.0f} ns: the wire is taken to {busy_until:.0f} ns")

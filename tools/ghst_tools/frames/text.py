@@ -47,7 +47,7 @@ class TextLines(LineWriter):
         kind = frame[2]
         if frame[0] == ADDRESS_FC and kind & 0xD0 == 0x10 and frame[1] == FRAME_LENGTH:
             return f"{begin}  {head}{self._control(frame)}"
-        return f"{begin}  {head}{_other(frame)}"
+        return f"{begin}  {head}{says(frame)}"
 
     def _control(self, frame: bytes) -> str:
         kind = frame[2]
@@ -111,7 +111,7 @@ def _columns(direction: str, kind: int | None, title: str, verdict: str) -> str:
 
 
 @lru_cache(maxsize=4096)
-def _other(frame: bytes) -> str:
+def says(frame: bytes) -> str:
     """What a frame without channels says."""
     name = kinds.name(frame[0], frame[2])
     if frame[1] == FRAME_LENGTH:

@@ -11,13 +11,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ghst_tools.frames.formats import Source
+from ghst_tools.tool_docs.flight_controller import FlightController
 
 _POLL_S = 0.01
+_SLOT_S = 0.001
 
 
 @contextlib.contextmanager
 def adapters(folder: Path, recording: Path) -> Iterator[None]:
-    """In `folder`, `ttyUSB0` says again and again what `recording` has; `ttyUSB1` only listens."""
+    """Serial ports in `folder`.
+
+    `ttyUSB0` says again and again what `recording` has, `ttyUSB1` only listens, `ttyUSB2` is on
+    one wire with a `FlightController`.
+    """
     reads: list[tuple[float, bytes]] = []
     for block in Source(recording).blocks():
         assert block.reads is not None
@@ -28,9 +34,11 @@ def adapters(folder: Path, recording: Path) -> Iterator[None]:
     with contextlib.ExitStack() as stack:
         talker = stack.enter_context(_port(folder / "ttyUSB0"))
         listener = stack.enter_context(_port(folder / "ttyUSB1"))
+        partner = stack.enter_context(_port(folder / "ttyUSB2"))
         threads = [
             threading.Thread(target=_talk, args=(talker, reads, stopping)),
             threading.Thread(target=_listen, args=(listener, stopping)),
+            threading.Thread(target=_answer, args=(partner, stopping)),
         ]
         for thread in threads:
             thread.start()
@@ -75,3 +83,15 @@ def _listen(port: int, stopping: threading.Event) -> None:
     while not stopping.is_set():
         if select.select([port], [], [], _POLL_S)[0]:
             os.read(port, 4096)
+
+
+def _answer(port: int, stopping: threading.Event) -> None:
+    flight_controller = FlightController()
+    while not stopping.is_set():
+        if not select.select([port], [], [], _POLL_S)[0]:
+            continue
+        octets = os.read(port, 4096)
+        os.write(port, octets)  # one wire: who sends hears it
+        if answer := flight_controller.hear(octets):
+            time.sleep(_SLOT_S)
+            os.write(port, answer)

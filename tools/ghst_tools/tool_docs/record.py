@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ghst import encode  # type: ignore[import-not-found]
 from ghst_tools import boards, filesystem, micropython_image
+from ghst_tools.control_frames import control_frame
 from ghst_tools.demo.aircraft import Aircraft, Devices
 from ghst_tools.emulator import Board, GhostReceiver, Wire
 from ghst_tools.emulator.wire import BAUD
@@ -57,17 +57,12 @@ def _frame(index: int, t_ns: float) -> bytes:
     pulses = [
         round(6000 + 1600 * math.sin(t_ns / 1e9 * (2 + channel / 3) * 3)) for channel in range(16)
     ]
-    kind = _ROTATION[index % len(_ROTATION)]
-    if kind != 0x13:
-        return bytes(encode.channels_from_pulses(kind, pulses))
-    return bytes(
-        encode.link_data(
-            kind,
-            [encode.raw_primary(kind, pulse) for pulse in pulses[:4]],
-            lq=round(97 + 3 * math.sin(index / 40)),
-            rssi_dbm=round(-66 + 6 * math.sin(index / 25)),
-            rf_mode=_RF_MODE,
-        )
+    return control_frame(
+        _ROTATION[index % len(_ROTATION)],
+        pulses,
+        lq=round(97 + 3 * math.sin(index / 40)),
+        rssi_dbm=round(-66 + 6 * math.sin(index / 25)),
+        rf_mode=_RF_MODE,
     )
 
 

@@ -1,0 +1,1 @@
+"""A Ghost receiver on a serial adapter: `ghst simulate`."""
