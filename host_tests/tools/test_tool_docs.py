@@ -23,13 +23,18 @@ def test_the_examples_print_what_the_document_says() -> None:
         examples.without_measurements(DOCUMENT).splitlines()
     ), "run 'ghst docs-tools'"
     # What differs in the rest is measured, and these end well.
-    for ending in (r"^log: new\.log$", r"^sent 99 frames to ttyUSB1, the latest \d+ us late$"):
+    for ending in (
+        r"^log: new\.log$",
+        r"^sent 99 frames to ttyUSB1, the latest \d+ us late$",
+        r"^MSP 1 api_version: protocol 0, API 1\.44$",
+        r"^slot: \d+ us in the median, ",
+    ):
         assert re.search(ending, rendered, re.MULTILINE)
 
 
 def test_each_tool_has_an_example() -> None:
     text = "\n".join(examples.commands(DOCUMENT))
-    for name in ("decode", "sniff", "replay", "plot", "vcd", "completion"):
+    for name in ("decode", "sniff", "simulate", "replay", "plot", "vcd", "completion"):
         assert name in cli.COMMANDS
         assert f"ghst {name} " in text
     assert "sigrok-cli " in text
