@@ -14,6 +14,8 @@ from ghst import __version__
 _OLDEST_MICROPYTHON = (1, 25)
 _LOOP_MS = 3  # more than one round for each slot at 160 Hz, with what a round takes
 _CTRL_C = 3
+# What a user's code may raise without stopping anything: all but Ctrl-C.
+_FAULTS = (Exception, SystemExit)
 
 
 def _prepare():
@@ -82,11 +84,11 @@ def _add_user(application):
     except ImportError as error:
         # One that is there and imports what is not there is a mistake to be told.
         return None if "'user'" in str(error) else error
-    except Exception as error:
+    except _FAULTS as error:
         return error
     try:
         user.setup(application)
-    except Exception as error:
+    except _FAULTS as error:
         return error
     return None
 
@@ -110,11 +112,11 @@ def run(application, hello, fault=None):
             try:
                 # The time of each step: one before it may have loaded something for 60 ms.
                 step(time.ticks_ms())
-            except Exception as error:
+            except _FAULTS as error:
                 reporter.count(error)
         try:
             reporter.update()
-        except Exception as error:
+        except _FAULTS as error:
             reporter.count(error)
         time.sleep_ms(_LOOP_MS)
         now_us = time.ticks_us()
@@ -149,7 +151,7 @@ def main():
             found = _found(application)
             print(found, end="")
             run(application, hello + "\n" + found, fault)
-        except Exception as error:
+        except _FAULTS as error:
             # Something is broken that is not the control path: fly without the rest.
             print(f"micropython-ghst: no sensors, no telemetry: {type(error).__name__}: {error}")
             while True:

@@ -17,6 +17,9 @@ def setup(application):
     def fail(now_ms):
         raise RuntimeError("of the user")
     application.steps.insert(0, fail)
+    def leave(now_ms):
+        raise SystemExit("of the user")
+    application.steps.insert(0, leave)
     application.steps.append(None)
 """
 
@@ -195,6 +198,16 @@ def test_an_exception_in_the_users_setup_is_shown_and_costs_nothing(pico: Pico) 
     pico.reply_to_enter()
     pico.board.run_for(10e6)
     assert b"main loop: 1 faults, the last: ImportError: no module" in pico.board.console.output
+
+
+@pytest.mark.boot(files={"/user.py": b"raise SystemExit"})
+def test_leaving_in_the_users_file_is_shown_and_costs_nothing(pico: Pico) -> None:
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(100e6)
+    assert len(pico.compares) >= 4 * (len(receiver.sent) - 1) > 50
+    pico.reply_to_enter()
+    pico.board.run_for(10e6)
+    assert b"main loop: 1 faults, the last: SystemExit" in pico.board.console.output
 
 
 @pytest.mark.boot(files={"/lib/firmware/report.mpy": b"no code"}, until=b"no sensors, no tele")

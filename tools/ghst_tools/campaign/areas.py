@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from ghst_tools.campaign import application_bytes, library_bytes, line, wire_bytes
+from ghst_tools.campaign import application_bytes, cpu, library_bytes, line, timing, wire_bytes
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Trial
 
@@ -32,4 +32,6 @@ class Area:
 AREAS = {
     "bytes": Area("Bytes", _bytes),
     "line": Area("Line", line.trials),
+    "time": Area("Time", timing.trials),
+    "cpu": Area("CPU", cpu.trials),
 }

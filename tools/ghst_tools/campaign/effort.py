@@ -19,6 +19,9 @@ class Effort:
     line_frames: int
     """For each wrong speed, slow edge and pause."""
     talks: int
+    phases: int
+    rate_frames: int
+    """At each rate."""
 
 
 LONG = Effort(
@@ -28,6 +31,8 @@ LONG = Effort(
     glitches=500,
     line_frames=40,
     talks=200,
+    phases=200,
+    rate_frames=100,
 )
 SHORT = Effort(
     library_bytes=300_000,
@@ -36,4 +41,6 @@ SHORT = Effort(
     glitches=20,
     line_frames=8,
     talks=12,
+    phases=12,
+    rate_frames=8,
 )

@@ -17,9 +17,9 @@ from ghst_tools.uart_bits import encode
 
 FAILSAFE_NS = 110e6
 FAILSAFE_LIMIT_NS = 130e6  # two ticks more
-_LAST_PULSE_NS = 2.2e6  # it may have begun just before
+LAST_PULSE_NS = 2.2e6  # it may have begun just before
 _BIT_NS = 1e9 / BAUD
-_FRAME_NS = 140 * _BIT_NS
+FRAME_NS = 140 * _BIT_NS
 _TELEMETRY_FRAMES, _COLLISIONS = 22, 23  # words of firmware.interrupts
 _PIO1_IRQ_FORCE = 0x50300034
 
@@ -50,13 +50,13 @@ def held(pico: Pico, level: bool, hold_ns: float) -> str:
     equal(len(writes), 4, "compare writes of failsafe, one for each slice")
     delay = writes[-1] - last
     expect(FAILSAFE_NS < delay <= FAILSAFE_LIMIT_NS, f"failsafe after {delay / 1e6} ms")
-    quiet = pico.no_pulses_since(last + FAILSAFE_LIMIT_NS + _LAST_PULSE_NS)
+    quiet = pico.no_pulses_since(last + FAILSAFE_LIMIT_NS + LAST_PULSE_NS)
     expect(quiet, "pulses in failsafe")
     equal(pico.pulses(), [0] * 16, "channels in failsafe")
     before = pico.word(decoder.FRAMES)
     released = pico.at(1e6)
     pico.board.run_for(41e6)
-    sent = sum(1 for end, _ in receiver.sent if released + _FRAME_NS < end < pico.at(-100e3))
+    sent = sum(1 for end, _ in receiver.sent if released + FRAME_NS < end < pico.at(-100e3))
     frames = pico.word(decoder.FRAMES) - before
     expect(frames >= sent >= 9, f"{frames} frames of {sent} decoded after it")
     no_exception(pico)
@@ -75,17 +75,17 @@ def glitches(pico: Pico, width_ns: float, count: int, seed: int) -> str:
     for index in range(count):
         frame, pulses = ((CENTRE, _CENTRE_PULSES), (ENDS, _ENDS_PULSES))[index % 2]
         start = pico.at(1e6)
-        where = rng.uniform(-10e3, _FRAME_NS)
+        where = rng.uniform(-10e3, FRAME_NS)
         before = pico.pulses()[:8]
         pico.wire.glitch(start + where, width_ns)
         pico.wire.send(frame, start)
-        pico.board.run_for(1e6 + _FRAME_NS + 300e3)
+        pico.board.run_for(1e6 + FRAME_NS + 300e3)
         decoded = pico.word(decoder.FRAMES) - frames
         place = f"a glitch of {width_ns} ns {where:.0f} ns after the start of a frame"
         equal(pico.pulses()[:8], pulses if decoded else before, f"{place}: channels")
         lost += not decoded
         pico.wire.send(frame, pico.at(500e3))
-        pico.board.run_for(500e3 + _FRAME_NS + 200e3)
+        pico.board.run_for(500e3 + FRAME_NS + 200e3)
         frames += decoded + 1
         equal(pico.word(decoder.FRAMES), frames, f"{place}: frames with the next")
         equal(pico.pulses()[:8], pulses, f"{place}: channels after the next")
@@ -129,7 +129,7 @@ def second_talker(pico: Pico, count: int, seed: int) -> str:
         talk = end + rng.uniform(900e3, 1400e3)
         pico.wire.send(data, talk)
         pico.wire.send(LINK, end + 2e6)
-        pico.board.run_for(end + 2e6 + _FRAME_NS + 100e3 - pico.board.now_ns)
+        pico.board.run_for(end + 2e6 + FRAME_NS + 100e3 - pico.board.now_ns)
         place = f"{data.hex()} {(talk - end) / 1e3:.1f} us behind a frame"
         equal(pico.word(decoder.FRAMES), 2 * index + 2, f"{place}: frames decoded")
         pico.board.run_for(3e6)

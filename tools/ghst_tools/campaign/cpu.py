@@ -1,0 +1,209 @@
+"""Faults of the software that runs beside the control path, and of the chip under it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import pairwise
+
+import ghst  # type: ignore[import-not-found]
+from ghst_tools.campaign.line import CENTRE
+from ghst_tools.campaign.pico import NO_SENSORS, PERIOD_NS, SERVOS, Pico
+from ghst_tools.campaign.picos import check_outputs, forked
+from ghst_tools.campaign.setting import Setting
+from ghst_tools.campaign.verdict import Row, Trial, equal, expect
+
+CONFIGURATION = NO_SENSORS | {"battery": {"enabled": True}}
+READY = b"sensors: battery"
+# A console command for each fault: `fault NAME`.
+USER = b"""
+import gc, machine, time
+kept = []
+def spin(application):
+    while True:
+        pass
+def sleep(application):
+    time.sleep(3600)
+def fail(*arguments):
+    raise RuntimeError("of the user")
+def recurse(application):
+    recurse(application)
+def fill(application):
+    while True:
+        kept.append(bytearray(512))
+def fill_and_free(application):
+    try:
+        fill(application)
+    finally:
+        kept.clear()
+def collect(application):
+    application.steps.append(lambda now_ms: gc.collect())
+def leave(application):
+    raise SystemExit
+def step(application):
+    application.steps.insert(0, fail)
+def sensor(application):
+    application.sensors["battery"].update = fail
+def hanging_sensor(application):
+    application.sensors["battery"].update = spin
+def vtx(application):
+    application.on_vtx = fail
+def msp(application):
+    application.responder.command(0x3000, fail)
+def deaf(application):
+    state = machine.disable_irq()
+    time.sleep_us(50_000)
+    machine.enable_irq(state)
+def deaf_for_ever(application):
+    machine.disable_irq()
+    spin(application)
+def setup(application):
+    application.console.add("fault", lambda name: globals()[name](application), "fault NAME")
+"""
+
+_RATE_HZ = 250
+_RUN_NS = 0.4e9
+_SLICES = 4
+_VTX_SETUP = bytes(ghst.encode.vtx_setup(0, 5800, 25, 0x48))
+# MSP version 2, command 0x3000, nothing behind it (protocol.md, "MSP inside GHST").
+_MSP_REQUEST = bytes(ghst.encode.msp(0x21, b"\x50\x00\x00\x30" + bytes(6)))
+_PIO0_CTRL, _PIO0_INTE, _PIO1_CTRL, _DMA_ABORT = 0x50200000, 0x5020012C, 0x50300000, 0x50000444
+
+# Name of the command, what it is, and what the main loop is like afterwards.
+GOES_ON, STANDS = "the main loop goes on", "the main loop stands still"
+FAULTS: tuple[tuple[str, str, str, bytes | None], ...] = (
+    ("spin", "the main loop is stuck in a loop", STANDS, None),
+    ("sleep", "the main loop sleeps for an hour", STANDS, None),
+    ("fail", "an exception in a console command", GOES_ON, None),
+    ("step", "an exception in a user's step, in every round", GOES_ON, None),
+    ("leave", "SystemExit in a user's code", GOES_ON, None),
+    ("recurse", "recursion without end", GOES_ON, None),
+    ("fill_and_free", "all of the heap taken, then freed", GOES_ON, None),
+    ("fill", "all of the heap taken and kept", "", None),
+    ("collect", "garbage collection in every round", GOES_ON, None),
+    ("sensor", "an exception in a sensor, in every round", GOES_ON, None),
+    ("hanging_sensor", "a sensor that never returns", STANDS, None),
+    ("vtx", "an exception in a user's callback for video settings", GOES_ON, _VTX_SETUP),
+    ("msp", "an exception in a user's MSP command", GOES_ON, _MSP_REQUEST),
+)
+
+
+def start(setting: Setting) -> Pico:
+    """A board with the application, a battery sensor, and the faults to choose from."""
+    return setting.picos.boot(CONFIGURATION, READY, files={"/user.py": USER})
+
+
+def fault(pico: Pico, name: str, after: str, frame: bytes | None) -> str:
+    """Bring a fault about in flight; every frame still moves the servos, no pulse is missing."""
+    receiver = pico.fly(lambda index, t: frame if frame and index == 80 else CENTRE, _RATE_HZ)
+    pico.board.run_for(100e6)
+    pico.board.console.write(f"fault {name}\r".encode())
+    pico.board.run_for(_RUN_NS)
+    receiver.stop()
+    pico.board.run_for(3e6)
+    controls = sum(1 for _, sent in receiver.sent if sent == CENTRE)
+    equal(len(pico.compares), _SLICES * controls, "compare writes")
+    pulses = 0
+    for pin in SERVOS:
+        found = pico.meter.pulses[pin]
+        equal({round(pulse.width_ns) for pulse in found}, {1_500_000}, f"pulses on GP{pin}")
+        steps = {round((b.rise_ns - a.rise_ns) / 1e3) for a, b in pairwise(found)}
+        equal(steps, {round(PERIOD_NS / 1e3)}, f"periods on GP{pin} in us")
+        pulses += len(found)
+    check_outputs(pico)
+    expect(not pico.board.resets, "the watchdog has reset the board")
+    happened = f"all {controls} control frames written to the outputs, none of {pulses} pulses "
+    happened += "missing or different, no reset"
+    if not after:
+        return happened
+    if not _answers(pico):
+        equal(STANDS, after, "after the fault")
+        return f"{happened}; {STANDS}"
+    equal(GOES_ON, after, "after the fault")
+    lines = bytes(pico.board.console.output).decode(errors="replace").splitlines()
+    told = [line for line in lines if "faults, the last" in line]
+    return f"{happened}; {GOES_ON}" + (f' and tells "{told[-1]}"' if told else "")
+
+
+def deaf(pico: Pico) -> str:
+    """A user's code keeps all interrupts off for 50 ms."""
+    receiver = pico.fly(lambda index, t: CENTRE, _RATE_HZ)
+    pico.board.run_for(100e6)
+    pico.board.console.write(b"fault deaf\r")
+    pico.board.run_for(200e6)
+    ends = [end for end, _ in receiver.sent]
+    writes = [c.t_ns for c in pico.compares]
+    unseen = [end for end in ends if not any(0 < t - end < 300e3 for t in writes)]
+    expect(10 <= len(unseen) <= 15, f"{len(unseen)} frames had no effect")
+    equal(unseen, ends[ends.index(unseen[0]) :][: len(unseen)], "frames without effect")
+    for pin in SERVOS:
+        steps = {round((b.rise_ns - a.rise_ns) / 1e3) for a, b in pairwise(pico.meter.pulses[pin])}
+        equal(steps, {round(PERIOD_NS / 1e3)}, f"periods on GP{pin} in us")
+    check_outputs(pico)
+    expect(not pico.board.resets, "the watchdog has reset the board")
+    return f"{len(unseen)} frames had no effect, all others had; no pulse missing, no reset"
+
+
+def reset(pico: Pico, break_it: Callable[[Pico], None]) -> str:
+    """Break the control path in flight; the watchdog resets, and the pulses come again."""
+    pico.fly(lambda index, t: CENTRE, _RATE_HZ)
+    pico.board.run_for(100e6)
+    broken = pico.board.now_ns
+    break_it(pico)
+    pico.board.run_until(lambda: bool(pico.board.resets), 1.5e9)
+    at = pico.board.resets[0][0]
+    expect(0.9e9 < at - broken < 1.15e9, f"a reset after {(at - broken) / 1e6} ms")
+    pico.board.run_for(700e6)
+    first = min(pulse.rise_ns for pin in SERVOS for pulse in pico.meter.since(at, pin)[:1])
+    expect(first - at < 650e6, f"pulses {(first - at) / 1e6} ms after the reset")
+    equal(len(pico.board.resets), 1, "resets")
+    check_outputs(pico)
+    return (
+        f"the watchdog reset the chip {(at - broken) / 1e6:.0f} ms later; pulses again "
+        f"{(first - at) / 1e6:.0f} ms after the reset, the link was up all the time"
+    )
+
+
+def _answers(pico: Pico) -> bool:
+    """Whether the console answers to Enter."""
+    start = len(pico.board.console.output)
+    pico.board.console.write(b"\r")
+    try:
+        pico.board.run_until(lambda: b" times\r\n" in pico.board.console.output[start:], 150e6)
+    except TimeoutError:
+        return False
+    pico.board.run_for(10e6)
+    return True
+
+
+def _write(address: int, value: int) -> Callable[[Pico], None]:
+    return lambda pico: pico.board.write32(address, value)
+
+
+RESETS: tuple[tuple[str, str, Callable[[Pico], None]], ...] = (
+    ("hard tick starved", "its state machine stopped", _write(_PIO1_CTRL, 0)),
+    ("receiver stopped", "its state machine stopped", _write(_PIO0_CTRL, 0)),
+    ("frame interrupt off", "masked in the PIO block", _write(_PIO0_INTE, 0)),
+    ("DMA stopped", "all channels aborted", _write(_DMA_ABORT, 0xFFF)),
+    (
+        "interrupts off for ever",
+        "by a user's code",
+        lambda pico: pico.board.console.write(b"fault deaf_for_ever\r"),
+    ),
+)
+
+
+def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
+    """The trials, by name."""
+
+    def run(what: str, done: str, act: Callable[[Pico], str]) -> list[Row]:
+        pico = start(setting)
+        return [Row(what, done, forked(lambda: act(pico)))]
+
+    for name, what, after, frame in FAULTS:
+        act = partial(fault, name=name, after=after, frame=frame)
+        yield what, partial(run, what, f"in flight at {_RATE_HZ} Hz, then 0.4 s more", act)
+    yield "deaf", partial(run, "interrupts off", "for 50 ms, by a user's code", deaf)
+    for what, done, break_it in RESETS:
+        act = partial(reset, break_it=break_it)
+        yield what, partial(run, what, f"{done}, in flight with the link up", act)

@@ -1,0 +1,155 @@
+"""Faults of time: links that end anywhere, rates that change, clocks that wrap."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from functools import partial
+
+from ghst import decoder  # type: ignore[import-not-found]
+from ghst_tools.campaign.line import (
+    CENTRE,
+    ENDS,
+    FAILSAFE_LIMIT_NS,
+    FAILSAFE_NS,
+    LAST_PULSE_NS,
+    still,
+)
+from ghst_tools.campaign.pico import Pico
+from ghst_tools.campaign.picos import check_outputs, forked, no_exception
+from ghst_tools.campaign.setting import Setting
+from ghst_tools.campaign.verdict import Row, Trial, equal, expect
+from ghst_tools.emulator.wire import BAUD
+from ghst_tools.uart_bits import encode
+
+_PERIOD_NS = 4e6
+_SLOWEST_HZ, _FASTEST_HZ = 19.0, 500.0
+_RATES_HZ = (19, 50, 55, 150, 160, 250, 333, 500)
+_TIMER_LOW = 0x40054028
+_FAILSAFES = 25  # word of firmware.interrupts
+_SLICES = 4
+
+
+def loss(pico: Pico, phase: float) -> float:
+    """End the link at `phase` 0..1 of a frame's period; the delay of failsafe in ns.
+
+    The link is up again at the end.
+    """
+    failsafes = pico.control_word(_FAILSAFES)
+    pico.compares.clear()
+    # The fourth frame has other channels: those of a frame that was cut must not be seen.
+    receiver = pico.fly(lambda index, t: ENDS if index == 3 else CENTRE, 1e9 / _PERIOD_NS)
+    fourth = pico.at(1e6) + 3 * _PERIOD_NS
+    receiver.stop_at(fourth + phase * _PERIOD_NS)
+    pico.board.run_for(20e6)
+    at = f"a link that ended at {phase:.3f} of a frame's period"
+    # Whole as soon as nothing is left of it but a line that is high.
+    levels, end = encode(ENDS, fourth, BAUD)
+    whole = fourth + phase * _PERIOD_NS >= levels[-1][0]
+    last = end if whole else end - _PERIOD_NS
+    expected = [4000, 8000, 5000, 7000] if whole else [6000] * 4
+    equal(pico.pulses()[:4], expected, f"{at}: channels")
+    pico.board.run_for(125e6)
+    equal(pico.control_word(_FAILSAFES), failsafes + 1, f"{at}: failsafes")
+    writes = [c for c in pico.compares if c.t_ns > last + 1e6]
+    equal([c.value for c in writes], [0] * _SLICES, f"{at}: compare writes of failsafe")
+    delay = writes[-1].t_ns - last
+    expect(FAILSAFE_NS < delay <= FAILSAFE_LIMIT_NS, f"{at}: failsafe after {delay / 1e6} ms")
+    pico.board.run_for(20e6)
+    quiet = pico.no_pulses_since(last + FAILSAFE_LIMIT_NS + LAST_PULSE_NS)
+    expect(quiet, f"{at}: pulses in failsafe")
+    check_outputs(pico)
+    return delay
+
+
+def losses(pico: Pico, count: int) -> str:
+    """The link ends at `count` phases of a frame's period, one after the other."""
+    delays = [loss(pico, index / count) / 1e6 for index in range(count)]
+    no_exception(pico)
+    return (
+        f"no part of a frame is seen at the outputs; failsafe {min(delays):.1f} to "
+        f"{max(delays):.1f} ms after the last whole frame, at 110 ms and the next ticks; then no "
+        "pulse; the link comes back each time"
+    )
+
+
+def _fly(pico: Pico, periods_ns: list[float]) -> str:
+    pico.compares.clear()
+    start = pico.at(1e6)
+    for period in periods_ns:
+        pico.wire.send(CENTRE, start)
+        start += period
+        pico.board.run_for(start - 50e3 - pico.board.now_ns)
+    count = len(periods_ns)
+    equal(pico.word(decoder.FRAMES), count, "frames decoded")
+    equal(pico.word(decoder.SKIPPED_BYTES), 0, "bytes skipped")
+    equal(len(pico.compares), _SLICES * count, "compare writes")
+    equal(pico.control_word(_FAILSAFES), 0, "failsafes")
+    check_outputs(pico)
+    no_exception(pico)
+    return f"all {count} frames decoded and written to the outputs; no failsafe"
+
+
+def changing(pico: Pico, count: int, seed: int) -> str:
+    """Frames at rates that change with every frame."""
+    rng = random.Random(seed)
+    return _fly(pico, [1e9 / rng.uniform(_SLOWEST_HZ, _FASTEST_HZ) for _ in range(count)])
+
+
+def steady(pico: Pico, count: int) -> str:
+    """Frames at each rate in turn."""
+    return _fly(pico, [1e9 / rate for rate in _RATES_HZ for _ in range(count)])
+
+
+def wrap(pico: Pico, bits: int) -> str:
+    """Fly over the moment at which the microsecond clock passes 2 to the power of `bits`."""
+    pico.board.advance_timer((1 << bits) - 100_000 - pico.board.read32(_TIMER_LOW))
+    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    pico.board.run_for(220e6)
+    clock = pico.board.read32(_TIMER_LOW)
+    expect(100_000 < (clock - (1 << bits)) % 2**32 < 200_000, f"the clock stands at {clock}")
+    receiver.stop()
+    pico.board.run_for(5e6)
+    count = len(receiver.sent)
+    equal(len(pico.compares), _SLICES * count, "compare writes")
+    equal(pico.control_word(_FAILSAFES), 0, "failsafes")
+    last = receiver.sent[-1].end_ns
+    pico.board.run_for(140e6)
+    delay = pico.compares[-1].t_ns - last
+    expect(FAILSAFE_NS < delay <= FAILSAFE_LIMIT_NS, f"failsafe after {delay / 1e6} ms")
+    check_outputs(pico)
+    no_exception(pico)
+    return f"all {count} frames across it decoded, no failsafe; afterwards failsafe as ever"
+
+
+def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
+    """The trials, by name."""
+    effort = setting.effort
+    acts = [
+        (
+            "link lost",
+            f"at {effort.phases} phases of a frame's period of 4 ms",
+            partial(losses, count=effort.phases),
+        ),
+        (
+            "rates",
+            f"{', '.join(map(str, _RATES_HZ))} Hz, {effort.rate_frames} frames each",
+            partial(steady, count=effort.rate_frames),
+        ),
+        (
+            "changing rate",
+            f"another one of 19 to 500 Hz for each of {4 * effort.rate_frames} frames",
+            partial(changing, count=4 * effort.rate_frames, seed=setting.seed),
+        ),
+    ]
+    acts += [
+        ("clock wraps", f"in flight, at 2^{bits} us", partial(wrap, bits=bits))
+        for bits in (30, 31, 32)
+    ]
+    for fault, done, act in acts:
+
+        def run(fault: str = fault, done: str = done, act: partial[str] = act) -> list[Row]:
+            pico = still(setting.picos)
+            return [Row(fault, done, forked(lambda: act(pico)))]
+
+        yield f"{fault}, {done}", run
