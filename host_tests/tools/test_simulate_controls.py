@@ -163,7 +163,7 @@ def test_the_view_shows_sticks_telemetry_slots_and_errors() -> None:
         view.show(made, [], [])
     text = shown(made)
     assert re.search(r"sending  Race250  \d+\.\d frames a second  LQ 100 %  RSSI  -60 dBm", text)
-    assert "20 sent, late by 50 us, at most 50 us" in text
+    assert "20 sent, late 50 us, at most 50 " in text
     assert re.search(r"│ 1 ·{12} 1000\.00 5 █{12} 2000\.00  9 █{9}···", text)
     assert re.search(r"│ 3 ██████······ 1500\.00", text)
     assert "0x23  pack status     slot 1000 us  15.96 V, 5.00 A, 0 mAh, armed" in text

@@ -182,14 +182,14 @@ def test_sticks_from_a_file(tmp_path: Path, text: str) -> None:
     path = tmp_path / "sticks"
     path.write_text(text)
     made = StickUplink(StickFile(path), RACE250, Faults(), 4, twelve_bit=True)
-    assert not made.endless
+    assert made.length_s == 1.5
     # The last line lasts as long as the one before it.
     assert [(row[0], row[2]) for row in sticks(made)] == (
         [(1100, 1200)] * 2 + [(1200, 1200)] * 2 + [(1200, 1300)] * 2
     )
     again = StickUplink(StickFile(path, loop=True), RACE250, Faults(), 4, duration_s=2.5)
     assert [row[0] for row in sticks(again)][5:8] == [1200, 1100, 1100]
-    assert StickUplink(StickFile(path, loop=True), RACE250, Faults()).endless
+    assert StickUplink(StickFile(path, loop=True), RACE250, Faults()).length_s is None
 
 
 def test_what_decode_prints_is_a_file_of_sticks(tmp_path: Path) -> None:
@@ -239,5 +239,6 @@ def test_the_frames_of_a_recording_with_their_distances(tmp_path: Path) -> None:
     ]
     looped = CaptureUplink(planned, Faults(), loop=True, duration_s=0.039)
     assert octets(looped) == (uplink(8) * 2)[:10]
-    assert CaptureUplink(planned, Faults(), loop=True).endless
-    assert not looped.endless and not made.endless
+    assert CaptureUplink(planned, Faults(), loop=True).length_s is None
+    assert looped.length_s == 0.039 and made.length_s == pytest.approx(0.032, abs=1e-5)
+    assert CaptureUplink(planned, Faults(), duration_s=0.01).length_s == 0.01

@@ -1,120 +1,160 @@
-"""The values of `ghst simulate`'s options that are more than a number."""
+"""The options of `ghst simulate`, and which of them go together."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
-from ghst import encode  # type: ignore[import-not-found]
-from ghst.protocol import RF_MODES  # type: ignore[import-not-found]
-from ghst_tools.simulate import msp_client
-from ghst_tools.simulate.faults import Loss, Ramp
-from ghst_tools.simulate.sticks import CHANNELS
+from ghst.protocol import BAUD_RATE  # type: ignore[import-not-found]
+from ghst_tools.simulate.sticks import PATTERNS
+from ghst_tools.simulate.uplink import HIGHEST_RATE_HZ
+from ghst_tools.simulate.value_types import (
+    MODES,
+    AxesType,
+    HeldType,
+    LossType,
+    MspType,
+    RampType,
+    VtxType,
+)
 
-MODES = {name.lower().replace(" ", "-"): number for number, (name, _, _) in RF_MODES.items()}
-"""Names of RF modes as the command takes them."""
-
-
-class _Parsed(click.ParamType):
-    """A value that a method `parse` makes of a word; it raises `ValueError` if that cannot be."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not isinstance(value, str):
-            return value
-        try:
-            return self.parse(value)
-        except ValueError:
-            self.fail(f"{value!r} is not {self.wanted}", param, ctx)
-
-    wanted = ""
-
-    def parse(self, word: str) -> Any:
-        raise NotImplementedError
-
-
-class RampType(_Parsed):
-    """`VALUE`, or `FROM:TO:SECONDS`."""
-
-    name = "VALUE|FROM:TO:SECONDS"
-
-    def __init__(self, low: int, high: int) -> None:
-        self._low, self._high = low, high
-        self.wanted = f"{low} to {high}, or FROM:TO:SECONDS with such values"
-
-    def parse(self, word: str) -> Ramp:
-        first, *rest = word.split(":")
-        if rest:
-            last, seconds = rest
-            ramp = Ramp(int(first), int(last), float(seconds))
-        else:
-            ramp = Ramp(int(first), int(first), 0.0)
-        if not all(self._low <= value <= self._high for value in ramp[:2]) or not (
-            0 <= ramp.seconds < float("inf")
-        ):
-            raise ValueError
-        return ramp
+_SOURCES = ("pattern", "joystick", "keyboard", "file", "capture")
+# A recording has its own.
+_NOT_WITH_CAPTURE = (
+    "mode",
+    "twelve_bit",
+    "channels",
+    "request_telemetry",
+    "lq",
+    "rssi",
+    "power",
+    "period",
+    "held",
+)
+_PERCENT = click.FloatRange(0, 100)
+_SECONDS = click.FloatRange(min=0, min_open=True)
+_FILE = click.Path(path_type=Path, dir_okay=False)
 
 
-class LossType(_Parsed):
-    """`START:SECONDS`."""
+def _together(*groups: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    def add(function: Any) -> Any:
+        for option in reversed(groups):
+            function = option(function)
+        return function
 
-    name = "START:SECONDS"
-    wanted = "START:SECONDS, such as 5:2"
-
-    def parse(self, word: str) -> Loss:
-        start, seconds = word.split(":")
-        loss = Loss(float(start), float(seconds))
-        if not (loss.start_s >= 0 and loss.seconds > 0):
-            raise ValueError
-        return loss
+    return add
 
 
-class HeldType(_Parsed):
-    """`CHANNEL=MICROSECONDS`: a channel number, and a pulse width in quarter microseconds."""
+_LINK = _together(
+    click.option(
+        "--mode",
+        type=click.Choice(list(MODES), case_sensitive=False),
+        default="normal",
+        show_default=True,
+        help="RF mode: its rate, and whether it has a downlink.",
+    ),
+    click.option(
+        "--rate",
+        "rate_hz",
+        type=click.FloatRange(0, HIGHEST_RATE_HZ, min_open=True),
+        help="Frames a second, up to 500; default: as the RF mode, or the recording.",
+    ),
+    click.option("--12-bit", "twelve_bit", is_flag=True, help="Frames 0x30-0x33, not 0x10-0x13."),
+    click.option(
+        "--channels",
+        type=click.Choice(["12", "16"]),
+        default="12",
+        show_default=True,
+        help="Of the receiver: one with 12 never sends channels 13-16.",
+    ),
+    click.option("--lq", type=RampType(0, 100), default="100", help="Link quality in %."),
+    click.option("--rssi", type=RampType(-255, 0), default="-60", help="RSSI in dBm."),
+    click.option(
+        "--power", type=click.IntRange(-128, 127), default=20, help="Of the radio, in dBm."
+    ),
+    click.option(
+        "--request-telemetry", is_flag=True, help="Set the bit that asks for it in any RF mode."
+    ),
+)
+_STICKS = _together(
+    click.option(
+        "--pattern",
+        type=click.Choice(list(PATTERNS)),
+        default="centre",
+        show_default=True,
+        help="What the sticks do; centre: throttle low.",
+    ),
+    click.option(
+        "--period", type=_SECONDS, default=4.0, show_default=True, help="Of the pattern, in s."
+    ),
+    click.option("--joystick", metavar="NUMBER|PATH", help="0 is the first one; see above."),
+    click.option("--axes", type=AxesType(), default=None, help="Which axis is channel 1, 2, ..."),
+    click.option("--keyboard", is_flag=True, help="Keys are the sticks; see above."),
+    click.option("--file", type=_FILE, help="Sticks from CSV or JSON lines; see above."),
+    click.option("--capture", type=_FILE, help="The receiver's frames of a recording."),
+    click.option("--loop", is_flag=True, help="Begin a file or recording again at its end."),
+    click.option(
+        "--set", "held", type=HeldType(), multiple=True, help="Hold a channel, whatever moves."
+    ),
+)
+_FAULTS = _together(
+    click.option(
+        "--lose", type=LossType(), multiple=True, help="Lose the link: 5:2 at 5 s for 2 s."
+    ),
+    click.option("--drop", type=_PERCENT, default=0.0, help="Slots left empty, in %."),
+    click.option("--bad-crc", type=_PERCENT, default=0.0, help="Frames with a wrong CRC, in %."),
+    click.option(
+        "--noise", type=_PERCENT, default=0.0, help="Slots that begin with 1-8 random bytes, in %."
+    ),
+    click.option("--seed", type=int, default=0, help="Of everything random."),
+)
+_OTHERS = _together(
+    click.option(
+        "--msp", type=MspType(), multiple=True, help="Ask an MSP command, such as api_version."
+    ),
+    click.option("--vtx", type=VtxType(), help="Send video settings once a second."),
+    click.option(
+        "--vtx-to",
+        type=click.Choice(["radio", "goggles"]),
+        default="radio",
+        show_default=True,
+        help="Address of the video settings: 0x80, or 0x83.",
+    ),
+    click.option("--duration", type=_SECONDS, help="How long, in s; default: until Ctrl-C."),
+    click.option(
+        "--json", "as_json", is_flag=True, help="Telemetry and figures, an object a line."
+    ),
+    click.option("--log", "log_path", type=_FILE, help="New file for what is on the wire."),
+    click.option(
+        "--baud",
+        type=click.IntRange(min=1),
+        default=BAUD_RATE,
+        show_default=True,
+        help="Baud rate.",
+    ),
+)
 
-    name = "CHANNEL=US"
-    wanted = f"CHANNEL=US, a channel from 1 to {CHANNELS} and 880 to 2160 us"
-
-    def parse(self, word: str) -> tuple[int, int]:
-        channel, width_us = word.split("=")
-        if not 1 <= int(channel) <= CHANNELS or not 880 <= float(width_us) <= 2160:
-            raise ValueError
-        return int(channel), round(4 * float(width_us))
+all_of_them = _together(_LINK, _STICKS, _FAULTS, _OTHERS)
 
 
-class AxesType(_Parsed):
-    """Numbers of axes from 1 on, with a minus sign where one is reversed."""
-
-    name = "AXIS,..."
-    wanted = "a list of axes such as 1,2,-3,4"
-
-    def parse(self, word: str) -> tuple[int, ...]:
-        axes = tuple(int(number) for number in word.split(","))
-        if 0 in axes or len(axes) > CHANNELS:
-            raise ValueError
-        return axes
-
-
-class MspType(_Parsed):
-    """An MSP command."""
-
-    name = "COMMAND"
-    wanted = "an MSP command: a number, or a name such as api_version"
-
-    def parse(self, word: str) -> int:
-        return msp_client.number(word)
-
-
-class VtxType(_Parsed):
-    """`MHZ:MW`, or `MHZ:MW:BAND_CHANNEL`: frequency, power (0 = off), band and channel."""
-
-    name = "MHZ:MW[:BAND_CHANNEL]"
-    wanted = "MHZ:MW[:BAND_CHANNEL], such as 5800:25 or 5800:25:0x48"
-
-    def parse(self, word: str) -> tuple[int, int, int]:
-        freq, power, *more = word.split(":")
-        (band_channel,) = (int(number, 0) for number in more or ("0",))
-        values = int(freq), int(power), band_channel
-        encode.vtx_setup(0, *values)
-        return values
+def check(ctx: click.Context, values: dict[str, Any]) -> None:
+    """Raise a `click.UsageError` for options that do not go together."""
+    given = {
+        name for name in values if ctx.get_parameter_source(name) is not ParameterSource.DEFAULT
+    }
+    sources = [f"--{name}" for name in _SOURCES if name in given]
+    if len(sources) > 1:
+        raise click.UsageError(f"{' and '.join(sources)}: choose one")
+    names = {param.name: param.opts[0] for param in ctx.command.params}
+    if "capture" in given:
+        for name in _NOT_WITH_CAPTURE:
+            if name in given:
+                raise click.UsageError(f"{names[name]}: a recording has its own")
+    if values["loop"] and not given & {"file", "capture"}:
+        raise click.UsageError("--loop: only with --file or --capture")
+    if values["axes"] and "joystick" not in given:
+        raise click.UsageError("--axes: only with --joystick")

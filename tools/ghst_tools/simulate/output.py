@@ -99,8 +99,9 @@ def telemetry(heard: Heard) -> str:
 def progress(session: Session) -> str:
     """How it goes, as a line."""
     receiver, listening = session.receiver, session.listening
+    length_s = session.uplink.length_s
     parts = [
-        f"{session.time_s:6.1f} s",
+        f"{session.time_s:6.1f} s{'' if length_s is None else f' of {length_s:.1f}'}",
         "link lost" if session.lost else f"{session.recent_rate_hz:.1f} frames a second",
         f"LQ {receiver.lq} %",
         f"RSSI {receiver.rssi_dbm} dBm",

@@ -57,8 +57,8 @@ class Uplink(ABC):
 
     @property
     @abstractmethod
-    def endless(self) -> bool:
-        """Whether there is always another slot."""
+    def length_s(self) -> float | None:
+        """How long all slots take; None: there is always another one."""
 
     @abstractmethod
     def due_s(self, index: int) -> float | None:
@@ -96,9 +96,9 @@ class StickUplink(Uplink):
         self._slots = ceil(min(ends_s) * self.rate_hz - 1e-6) if ends_s else None
 
     @property
-    def endless(self) -> bool:
-        """As `Uplink.endless`."""
-        return self._slots is None
+    def length_s(self) -> float | None:
+        """As `Uplink.length_s`."""
+        return None if self._slots is None else self._slots / self.rate_hz
 
     def due_s(self, index: int) -> float | None:
         """As `Uplink.due_s`."""
@@ -131,9 +131,11 @@ class CaptureUplink(Uplink):
         self.rate_hz = len(plan.frames) / plan.duration_s
 
     @property
-    def endless(self) -> bool:
-        """As `Uplink.endless`."""
-        return self._loop and self._duration_s is None
+    def length_s(self) -> float | None:
+        """As `Uplink.length_s`."""
+        if self._loop:
+            return self._duration_s
+        return min(self._plan.duration_s, self._duration_s or self._plan.duration_s)
 
     def due_s(self, index: int) -> float | None:
         """As `Uplink.due_s`."""

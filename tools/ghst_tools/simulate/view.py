@@ -73,7 +73,9 @@ class LiveView(Output):
         ]
         if self._help:
             parts.append(Text(self._help, style="dim"))
+        length_s = session.uplink.length_s
         title = f"{self._title}, {session.time_s:.0f} s"
+        title += "" if length_s is None else f" of {length_s:.0f} s"
         return Panel(Group(*parts), title=Text(title), title_align="left", border_style="cyan")
 
 
@@ -85,8 +87,8 @@ def _link(session: Session) -> Text:
     return Text.assemble(
         told,
         f"{name}{session.recent_rate_hz:.1f} frames a second  LQ {receiver.lq:3d} %  "
-        f"RSSI {receiver.rssi_dbm:4d} dBm  {session.sent_bursts} sent, late by {half:.0f} us, "
-        f"at most {latest:.0f} us",
+        f"RSSI {receiver.rssi_dbm:4d} dBm  {session.sent_bursts} sent, late {half:.0f} us, "
+        f"at most {latest:.0f}",
     )
 
 
