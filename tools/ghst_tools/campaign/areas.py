@@ -6,7 +6,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from ghst_tools.campaign import application_bytes, cpu, library_bytes, line, timing, wire_bytes
+from ghst_tools.campaign import (
+    application_bytes,
+    cpu,
+    library_bytes,
+    line,
+    mutation,
+    timing,
+    wire_bytes,
+)
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Trial
 
@@ -34,4 +42,5 @@ AREAS = {
     "line": Area("Line", line.trials),
     "time": Area("Time", timing.trials),
     "cpu": Area("CPU", cpu.trials),
+    "mutation": Area("Mutations", mutation.trials),
 }

@@ -22,6 +22,8 @@ class Effort:
     phases: int
     rate_frames: int
     """At each rate."""
+    mutations: int | None
+    """How many of those of the library; None: all of all."""
 
 
 LONG = Effort(
@@ -33,6 +35,7 @@ LONG = Effort(
     talks=200,
     phases=200,
     rate_frames=100,
+    mutations=None,
 )
 SHORT = Effort(
     library_bytes=300_000,
@@ -43,4 +46,5 @@ SHORT = Effort(
     talks=12,
     phases=12,
     rate_frames=8,
+    mutations=3,
 )

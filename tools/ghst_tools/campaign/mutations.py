@@ -1,0 +1,442 @@
+"""Small ways to break the firmware, each with the tests that have to notice it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """A change to the source: `old`, which stands in it once, becomes `new`.
+
+    `tests`: what pytest is to run, the first word a file below host_tests, the second what `-k`
+    selects in it.
+    """
+
+    what: str
+    path: str
+    old: str
+    new: str
+    tests: tuple[str, str]
+
+
+def _behaviour(module: str) -> tuple[str, str]:
+    return ("library/test_behaviour.py", f"cpython-{module}-")
+
+
+_DECODER = "lib/ghst/decoder.py"
+_RECEIVER = "lib/ghst/receiver.py"
+_MSP = "lib/ghst/msp.py"
+_INTERRUPTS = "firmware/interrupts.py"
+_SHAPES = "firmware/shapes.py"
+_SETTINGS = "firmware/settings.py"
+_POINTS = "firmware/configuration/points.py"
+_CHECK = "firmware/configuration/check.py"
+_FAILSAFE = "firmware/test_failsafe.py"
+_SLOT = "firmware/test_slot.py"
+_WATCHDOG = "firmware/test_watchdog.py"
+_FAULTS = "firmware/test_wire_faults.py"
+
+LIBRARY = (
+    Mutation("another CRC polynomial", _DECODER, "0x1D5", "0x107", _behaviour("samples")),
+    Mutation(
+        "a CRC that is not compared",
+        _DECODER,
+        "if length and crc != memory[stop]:",
+        "if length and False:",
+        _behaviour("counters"),
+    ),
+    Mutation(
+        "legacy channels a quarter microsecond low",
+        _DECODER,
+        "base = 3520",
+        "base = 3519",
+        _behaviour("samples"),
+    ),
+    Mutation(
+        "12-bit channels with the legacy scale",
+        _DECODER,
+        "scale = 4\n",
+        "scale = 5\n",
+        _behaviour("samples"),
+    ),
+    Mutation(
+        "auxiliary channels at half range",
+        _DECODER,
+        "scale = scale << 2",
+        "scale = scale << 1",
+        _behaviour("scaling"),
+    ),
+    Mutation(
+        "the second pair of primaries from the wrong bytes",
+        _DECODER,
+        "stop += 3",
+        "stop += 2",
+        _behaviour("samples"),
+    ),
+    Mutation(
+        "frames for others obeyed",
+        _DECODER,
+        "if memory[tail] != 0x82:",
+        "if memory[tail] == 0x89:",
+        _behaviour("counters"),
+    ),
+    Mutation(
+        "12-bit frames unknown",
+        _DECODER,
+        "elif kind & 0xD0 == 0x10:",
+        "elif kind & 0xF0 == 0x10:",
+        _behaviour("counters"),
+    ),
+    Mutation(
+        "control frames of any length taken",
+        _DECODER,
+        "            counter = LENGTH_ERRORS\n            if length == 12:",
+        "            counter = LENGTH_ERRORS\n            if length > 2:",
+        _behaviour("counters"),
+    ),
+    Mutation(
+        "lengths of 13 taken for possible",
+        _DECODER,
+        "if uint(length - 2) > uint(10):",
+        "if uint(length - 2) > uint(11):",
+        _behaviour("counters"),
+    ),
+    Mutation(
+        "a byte too many skipped behind a false start",
+        _DECODER,
+        "tail = RING | ((tail + 1) & 255)",
+        "tail = RING | ((tail + 2) & 255)",
+        _behaviour("streams"),
+    ),
+    Mutation(
+        "no mirror for frames that wrap in the ring",
+        _DECODER,
+        "if tail > RING + RING_SIZE - 14:",
+        "if tail > RING + RING_SIZE:",
+        _behaviour("streams"),
+    ),
+    Mutation(
+        "unfinished frames kept when the line goes quiet",
+        _DECODER,
+        "        tail = RING | words[HEAD]\n",
+        "        tail = tail\n",
+        _behaviour("streams"),
+    ),
+    Mutation(
+        "MSP frames that write beside their place",
+        _DECODER,
+        "(MSP_QUEUE_LENGTH - 1)) << 4)",
+        "(MSP_QUEUE_LENGTH - 1)) << 3)",
+        _behaviour("msp_queue"),
+    ),
+    Mutation(
+        "RSSI with the wrong sign",
+        _RECEIVER,
+        "return -word(self.memory, RSSI)",
+        "return word(self.memory, RSSI)",
+        _behaviour("link"),
+    ),
+    Mutation(
+        "RSSI below the scale that is no longer 0 %",
+        _RECEIVER,
+        "max(0, min(100, (above * 200 + 57) // 114))",
+        "min(100, (above * 200 + 57) // 114)",
+        _behaviour("link"),
+    ),
+    Mutation(
+        "the RF mode with its flags",
+        _RECEIVER,
+        "return word(self.memory, RF_PROTOCOL) & 0x1F",
+        "return word(self.memory, RF_PROTOCOL)",
+        _behaviour("samples"),
+    ),
+    Mutation(
+        "an MSP chunk that may be missing",
+        _MSP,
+        "elif status & 15 != self._sequence:",
+        "elif False:",
+        _behaviour("msp_requests"),
+    ),
+    Mutation(
+        "a sequence of MSP that does not wrap",
+        _MSP,
+        "self._sequence = (status + 1) & 15",
+        "self._sequence = (status & 15) + 1",
+        _behaviour("msp_requests"),
+    ),
+    Mutation(
+        "an MSP request that is larger than its buffer",
+        _MSP,
+        "if self.size > len(self.data):",
+        "if self.size > len(self.data) + 1:",
+        _behaviour("msp_requests"),
+    ),
+    Mutation(
+        "an exception of an MSP command that gets out",
+        _MSP,
+        "except Exception as error:  # an application's",
+        "except KeyError as error:  # an application's",
+        _behaviour("msp_responder"),
+    ),
+    Mutation(
+        "telemetry for the wrong address",
+        "lib/ghst/telemetry.py",
+        "frame[0] = ADDRESS_RX",
+        "frame[0] = ADDRESS_RX - 1",
+        _behaviour("telemetry"),
+    ),
+    Mutation(
+        "stale values that are still sent",
+        "lib/ghst/schedule.py",
+        "> self.timeout_ms:",
+        "> 2 * self.timeout_ms:",
+        _behaviour("schedule"),
+    ),
+)
+
+CONTROL_PATH = (
+    Mutation(
+        "pulses of 750 us let through",
+        _INTERRUPTS,
+        "MINIMUM = const(3200)",
+        "MINIMUM = const(3000)",
+        ("firmware/test_outputs.py", "limits_hold"),
+    ),
+    Mutation(
+        "pulses of 2250 us let through",
+        _INTERRUPTS,
+        "MAXIMUM = const(8800)",
+        "MAXIMUM = const(9000)",
+        ("firmware/test_outputs.py", "limits_hold"),
+    ),
+    Mutation(
+        "failsafe that is only judged without a link",
+        _INTERRUPTS,
+        "if c[LINK] == LINKED and ptr32(",
+        "if c[LINK] != LINKED and ptr32(",
+        (_FAILSAFE, "hold_none"),
+    ),
+    Mutation(
+        "a failsafe clock that any frame sets back",
+        _INTERRUPTS,
+        "        if controls:\n            c[STAMP]",
+        "        if controls + 1:\n            c[STAMP]",
+        (_FAILSAFE, "only_control_frames"),
+    ),
+    Mutation(
+        "outputs that hold forget their pulse",
+        _INTERRUPTS,
+        "if pulse == HOLD:",
+        "if pulse == HOLD - 1:",
+        (_FAILSAFE, "hold_none"),
+    ),
+    Mutation(
+        "old channels that come back after failsafe",
+        _INTERRUPTS,
+        "channels[index] = 0",
+        "channels[index] = channels[index]",
+        (_FAILSAFE, "own_channel_only"),
+    ),
+    Mutation(
+        "an RF mode that outlasts failsafe",
+        _INTERRUPTS,
+        "ptr32(c[RF_PROTOCOL])[0] = 0",
+        "c[RF_PROTOCOL] = c[RF_PROTOCOL]",
+        (_SLOT, "before_link_data_and_after_failsafe"),
+    ),
+    Mutation(
+        "a watchdog that is always fed",
+        _INTERRUPTS,
+        "if healthy and c[WATCHDOG_LOAD]:",
+        "if c[WATCHDOG_LOAD]:",
+        (_WATCHDOG, "dead_control_path and receiver"),
+    ),
+    Mutation(
+        "a dead frame interrupt that is not noticed",
+        _INTERRUPTS,
+        "if c[UNREAD_TICKS] == _UNREAD_LIMIT:",
+        "if c[UNREAD_TICKS] == 0:",
+        (_WATCHDOG, "dead_control_path and interrupt"),
+    ),
+    Mutation(
+        "pulses that go on when the frame interrupt is dead",
+        _INTERRUPTS,
+        "ptr32(ptr32(at)[0])[0] = 0",
+        "c[DEAD] = 1",
+        (_WATCHDOG, "dies_with_the_link"),
+    ),
+    Mutation(
+        "our own echo decoded",
+        _INTERRUPTS,
+        "ptr32(c[TAIL])[0] = _RING | head",
+        "ptr32(c[TAIL])[0] = tail",
+        (_SLOT, "echo"),
+    ),
+    Mutation(
+        "an echo that is waited for into the next frame",
+        _INTERRUPTS,
+        "_ECHO_LIMIT_US = const(1700)",
+        "_ECHO_LIMIT_US = const(3000)",
+        (_SLOT, "echo_that_is_missing"),
+    ),
+    Mutation(
+        "telemetry in a mode without a downlink",
+        _INTERRUPTS,
+        "_BIDIRECTIONAL = const(0x560)",
+        "_BIDIRECTIONAL = const(0x5E0)",
+        (_SLOT, "only_modes and 7"),
+    ),
+    Mutation(
+        "telemetry 20 us early",
+        "firmware/slot_pio.py",
+        "_QUIET_LOOPS = const(3361)",
+        "_QUIET_LOOPS = const(3294)",
+        (_SLOT, "off_the_rate and 430000"),
+    ),
+    Mutation(
+        "a receiver that samples at 440 kBd",
+        "firmware/wire_pio.py",
+        "_BAUD_RATE = 415_000",
+        "_BAUD_RATE = 440_000",
+        (_FAULTS, "baud_rates and 400000"),
+    ),
+    Mutation(
+        "a pause inside a frame that is not noticed",
+        "firmware/wire_pio.py",
+        "_GAP_LOOPS = 150 *",
+        "_GAP_LOOPS = 3000 *",
+        (_FAULTS, "before_a_gap_never_join"),
+    ),
+    Mutation(
+        "a watchdog that runs on at the prompt",
+        "firmware/control.py",
+        "machine.mem32[register + chip.CLEAR_BITS] = chip.WATCHDOG_ENABLE",
+        "register = chip.WATCHDOG_ENABLE",
+        (_WATCHDOG, "ctrl_c_reaches"),
+    ),
+    Mutation(
+        "an exception that ends the main loop",
+        "firmware/app.py",
+        "                step(time.ticks_ms())\n            except _FAULTS as error:",
+        "                step(time.ticks_ms())\n            except KeyError as error:",
+        (_WATCHDOG, "exceptions_in_the_main_loop"),
+    ),
+    Mutation(
+        "pins that stay as they are when the application is left",
+        "firmware/app.py",
+        "                adapter.stop()\n",
+        "                adapter.poll()\n",
+        (_WATCHDOG, "ctrl_c_reaches"),
+    ),
+    Mutation(
+        "motors armed with the throttle up",
+        _SHAPES,
+        "                    armed = _READY\n",
+        "                    armed = _READY\n                    throttle = 0\n",
+        ("firmware/test_shapes.py", "motor_needs"),
+    ),
+    Mutation(
+        "motors armed by the channel alone",
+        _SHAPES,
+        "elif armed == _READY:",
+        "elif armed != _ARMED:",
+        ("firmware/test_shapes.py", "motor_needs"),
+    ),
+    Mutation(
+        "a slow output that jumps",
+        _SHAPES,
+        "step = (s[_SPEED] * elapsed) >> 8",
+        "step = (s[_SPEED] * elapsed) >> 7",
+        ("firmware/test_shapes.py", "slow_output"),
+    ),
+    Mutation(
+        "a weak link that flies",
+        _SHAPES,
+        "            controls = 0\n        if c[_LOST]",
+        "        if c[_LOST]",
+        ("firmware/test_shapes.py", "weak_link"),
+    ),
+)
+
+CONFIGURATION = (
+    Mutation(
+        "settings written over the old ones",
+        _SETTINGS,
+        'with open(self._new_path, "wb") as file:',
+        'with open(self._path, "wb") as file:',
+        _behaviour("settings"),
+    ),
+    Mutation(
+        "settings that never take the old ones' place",
+        _SETTINGS,
+        "        self._finish = self._rename_new\n        self._rename_new()\n",
+        "        self._finish = self._rename_new\n",
+        _behaviour("settings"),
+    ),
+    Mutation(
+        "settings that are not read back",
+        _SETTINGS,
+        "if file.read() != data:",
+        "if False:",
+        _behaviour("settings"),
+    ),
+    Mutation(
+        "a broken file of the user's that is thrown away",
+        _SETTINGS,
+        "        if self._file_is_broken:\n            os.rename",
+        "        if False:\n            os.rename",
+        _behaviour("settings"),
+    ),
+    Mutation(
+        "a save while it is not safe",
+        _SETTINGS,
+        "if not safe or not (self._requested",
+        "if not (self._requested",
+        _behaviour("settings"),
+    ),
+    Mutation(
+        "failsafe after 10 ms allowed",
+        _POINTS,
+        '            "time_ms",\n            500,\n            110,',
+        '            "time_ms",\n            500,\n            10,',
+        _behaviour("configuration"),
+    ),
+    Mutation(
+        "the end of a range refused",
+        "firmware/configuration/kinds.py",
+        "return type(value) is int and self.minimum <= value <= self.maximum",
+        "return type(value) is int and self.minimum <= value < self.maximum",
+        _behaviour("configuration"),
+    ),
+    Mutation(
+        "true taken for a number",
+        "firmware/configuration/kinds.py",
+        "return type(value) in (int, float) and self.minimum",
+        "return isinstance(value, (int, float)) and self.minimum",
+        _behaviour("configuration"),
+    ),
+    Mutation(
+        "unknown keys passed over",
+        _CHECK,
+        'problems.add(f"{path}.{name}", f"{path}.{name} is unknown',
+        'str(f"{path}.{name} is unknown',
+        _behaviour("configuration"),
+    ),
+    Mutation(
+        "motors without arming",
+        "firmware/configuration/outputs.py",
+        'if output["motor"] and values["arming"]["channel"] is None:',
+        'if output["motor"] and values["arming"]["channel"] == 0:',
+        _behaviour("configuration"),
+    ),
+    Mutation(
+        "a broken configuration that is used in part",
+        "firmware/configuration/load.py",
+        '        made.values["outputs"] = {}\n',
+        "",
+        ("firmware/test_configuration.py", "broken_file and time_ms"),
+    ),
+)
+
+MUTATIONS = LIBRARY + CONTROL_PATH + CONFIGURATION
