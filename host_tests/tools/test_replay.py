@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from paced_port import PacedPort
 from recordings import FRAME_S, log_text, pack, uplink
 from terminal import terminal
 
@@ -33,21 +34,11 @@ def plan(path: Path, speed: float = 1.0, rate_hz: float | None = None) -> replay
     return replay.plan(load(Source(path)), speed, rate_hz, 420000)
 
 
-class Time:
-    """A clock that only sleeping moves, and a port that notes when it is written to."""
-
-    def __init__(self) -> None:
-        self.now_s = 100.0
-        self.written: list[tuple[float, bytes]] = []
-
-    def clock(self) -> float:
-        return self.now_s
-
-    def sleep(self, seconds: float) -> None:
-        self.now_s += seconds
+class Time(PacedPort):
+    """Ctrl-C comes with the twentieth frame."""
 
     def write(self, data: bytes) -> None:
-        self.written.append((round(self.now_s - 100.0, 6), data))
+        super().write(data)
         if len(self.written) == 20:
             raise KeyboardInterrupt
 

@@ -264,6 +264,15 @@ def test_a_keyboard_needs_a_terminal() -> None:
     )
 
 
+def test_a_wire_that_is_too_slow() -> None:
+    args = ["simulate", "--port", "x", "--baud", "9600", "--mode", "race"]
+    result = CliRunner().invoke(command, args)
+    assert (result.exit_code, result.stderr) == (
+        1,
+        "ghst: 160 frames a second do not fit in 9600 baud: at most 69 do\n",
+    )
+
+
 def test_files_that_are_not_there(tmp_path: Path) -> None:
     for option in ("--file", "--capture"):
         missing = str(tmp_path / "none")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paced_port import BEGUN_S, PacedPort
 from recordings import BYTE_S, FRAME_S, pack, uplink
 
 import ghst
@@ -191,28 +193,19 @@ def test_what_is_not_understood_is_counted_and_the_rest_still_found() -> None:
     assert (listening.damaged, listening.garbage_bytes, listening.others) == (1, 2, 1)
 
 
-class Time:
-    """A clock that only sleeping and writing move, and a port that notes what is written."""
+class Time(PacedPort):
+    """Some writes take their time: the number of the write, and seconds."""
 
-    def __init__(self) -> None:
-        self.now_s = 50.0
-        self.stalls: dict[int, float] = {}
-        self.written: list[tuple[float, bytes]] = []
-
-    def clock(self) -> float:
-        return self.now_s
-
-    def sleep(self, seconds: float) -> None:
-        self.now_s += seconds
+    stalls: ClassVar[dict[int, float]] = {}
 
     def write(self, data: bytes) -> None:
-        self.written.append((round(self.now_s - 50.0, 9), data))
+        super().write(data)
         self.now_s += self.stalls.get(len(self.written), 0.0)
 
 
 def sender(time: Time, waits: Callable[[int], bool] = lambda bursts: False) -> Sender:
     made = StickUplink(Pattern("centre"), RACE250, Faults(), 500, duration_s=0.02)
-    return Sender(time, made, time.clock, time.sleep, 50.001, waits)
+    return Sender(time, made, time.clock, time.sleep, BEGUN_S + 0.001, waits)
 
 
 def test_slots_keep_their_absolute_times() -> None:
@@ -253,10 +246,18 @@ def test_a_slot_that_is_over_is_left_out_and_no_burst_makes_up_for_it() -> None:
 
 def test_slots_are_left_out_while_an_echo_is_awaited() -> None:
     time = Time()
-    sending = sender(time, lambda bursts: bursts > 0 and time.now_s < 50.0079)
+    sending = sender(time, lambda bursts: bursts > 0 and time.now_s < BEGUN_S + 0.0079)
     while sending.send_next():
         pass
     assert [slot.number for slot in sending.take()] == [0, 4, 5, 6, 7, 8, 9]
+
+
+def test_the_end_of_a_sleep_may_be_the_end_of_all() -> None:
+    time = Time()
+    made = StickUplink(Pattern("centre"), RACE250, Faults(), 500, duration_s=0.02)
+    sending = Sender(time, made, time.clock, lambda seconds: True, BEGUN_S + 0.001)
+    assert not sending.send_next()
+    assert (time.written, sending.take()) == ([], [])
 
 
 def test_an_error_comes_behind_what_was_sent() -> None:

@@ -99,7 +99,7 @@ def send(
     plan: Plan,
     loop: bool,
     sent: Sent,
-    clock: Clock = time.monotonic,
+    clock: Clock = time.perf_counter,
     sleep: Sleep = time.sleep,
 ) -> None:
     """Send everything, once or for ever; `sent` is kept up to date."""

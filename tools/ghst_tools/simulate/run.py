@@ -13,6 +13,7 @@ from ghst import encode  # type: ignore[import-not-found]
 from ghst.protocol import (  # type: ignore[import-not-found]
     ADDRESS_GOGGLES,
     ADDRESS_RADIO,
+    FRAME_SIZE,
 )
 from ghst_tools import replay
 from ghst_tools.errors import GhstError
@@ -97,6 +98,7 @@ def simulate(port: str | None, **values: Any) -> None:
     if values["keyboard"]:
         controls.keyboard = keyboard.Keyboard()
     uplink, link = _uplink(controls, values)
+    _check_rate(uplink, baud)
     vtx = None
     if values["vtx"]:
         address = ADDRESS_GOGGLES if values["vtx_to"] == "goggles" else ADDRESS_RADIO
@@ -169,6 +171,16 @@ def _uplink(controls: engine.Controls, values: dict[str, Any]) -> tuple[Uplink, 
         duration_s,
     )
     return uplink, link
+
+
+def _check_rate(uplink: Uplink, baud: int) -> None:
+    """Raise a `GhstError` if the wire is too slow."""
+    highest_hz = baud / (10 * FRAME_SIZE)
+    if uplink.rate_hz > highest_hz:
+        raise GhstError(
+            f"{uplink.rate_hz:.0f} frames a second do not fit in {baud} baud: at most "
+            f"{highest_hz:.0f} do"
+        )
 
 
 def _output(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from ghst_tools.simulate.uplink import Uplink
 
 # For hours of slots no more memory than for the first.
 _LATE_STEP_US, _LATE_BINS = 10, 10_000
+_LONGEST_SLEEP_S = 0.05
 
 Clock = Callable[[], float]
 Sleep = Callable[[float], object]
@@ -73,8 +75,9 @@ class Sender:
     """Writes what `uplink` has to the port `line`, by the absolute time of each slot.
 
     `start_s` is when the first slot begins. A slot is left out if the next one is due already: a
-    receiver does not make up for lost time. `clock` gives seconds; `sleep` waits for some. Slots
-    are left out, too, while `waits` is true; it is given the number of bursts so far.
+    receiver does not make up for lost time. `clock` gives seconds; `sleep` waits for some,
+    and returns true if that is to be the end. Slots are left out, too, while `waits` is true; it
+    is given the number of bursts so far, which `bursts` has.
     """
 
     def __init__(
@@ -102,8 +105,8 @@ class Sender:
         if due_s is None:
             return False
         wait_s = self._start_s + due_s - self._clock()
-        if wait_s > 0:
-            self._sleep(wait_s)
+        if wait_s > 0 and self._sleep(wait_s):
+            return False
         following_s = self._uplink.due_s(self._index + 1)
         while following_s is not None and self._clock() >= self._start_s + following_s:
             self._index += 1
@@ -149,7 +152,8 @@ class SenderThread:
         self, line: Any, uplink: Uplink, clock: Clock, start_s: float, waits: Waits
     ) -> None:
         self._stopping = threading.Event()
-        self.sender = Sender(line, uplink, clock, self._stopping.wait, start_s, waits)
+        self._clock = clock
+        self.sender = Sender(line, uplink, clock, self._sleep, start_s, waits)
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def __enter__(self) -> SenderThread:
@@ -168,6 +172,13 @@ class SenderThread:
         """Send no more."""
         self._stopping.set()
         self._thread.join()
+
+    def _sleep(self, seconds: float) -> bool:
+        # Windows waits for an event in steps of 15.6 ms, but sleeps exactly.
+        end_s = self._clock() + seconds
+        while not self._stopping.is_set() and (left_s := end_s - self._clock()) > 0:
+            time.sleep(min(left_s, _LONGEST_SLEEP_S))
+        return self._stopping.is_set()
 
     def _run(self) -> None:
         try:

@@ -48,8 +48,11 @@ class Link:
 class Uplink(ABC):
     """Slots with their times from the first one on, and what is in each.
 
-    `extra`: frames that wait for a slot, in which they take the place of the control frame.
+    `rate_hz`: how many slots there are in a second, in the mean. `extra`: frames that wait for a
+    slot, in which they take the place of the control frame.
     """
+
+    rate_hz: float
 
     def __init__(self, faults: Faults) -> None:
         self.faults = faults
