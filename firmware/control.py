@@ -66,7 +66,9 @@ class Control:
         words[word.HEAD] = address(receiver.memory) + 4 * HEAD
         words[word.TAIL] = address(receiver.memory) + 4 * TAIL
         words[word.LINE_QUIET] = address(receiver.memory) + 4 * LINE_QUIET
+        words[word.MEMORY] = address(receiver.memory)
         words[word.PULSES] = address(receiver.pulses)
+        words[word.SHAPES] = outputs.shapes.address if outputs.shapes else 0
         words[word.BROKEN] = broken
         words[word.LOST] = outputs.lost_address
         words[word.TABLE] = address(outputs.table)
@@ -97,9 +99,7 @@ class Control:
             words[word.LED_OFF] = levels[not led_active_low]
             words[word.LED_MASK] = 1 << led
         # The interrupts know all of this by address alone: whoever starts them keeps this object.
-        self._on_frame = frame_handler(
-            address(words), receiver.memory, receiver.pulses, outputs.decoder(scan)
-        )
+        self._on_frame = frame_handler(address(words), scan, outputs.shape)
         self._on_tick = tick_handler(address(words))
         self._led = led
         self._led_off = led_active_low

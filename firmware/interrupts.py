@@ -53,32 +53,34 @@ SLOT_FRAME = const(20)  # address of the same as the 14 bytes that will be heard
 RING_ADDRESS = const(21)
 TELEMETRY_FRAMES = const(22)
 COLLISIONS = const(23)
-FAILSAFE_US = const(24)
-FAILSAFES = const(25)
-TICKS = const(26)
-LOOPS = const(27)  # written by the main loop alone
-SEEN_LOOPS = const(28)
-IDLE_TICKS = const(29)
-STUCK = const(30)  # how often the main loop stood still
-UNREAD_TICKS = const(31)
-SEEN_TAIL = const(32)
-DEAD = const(33)  # the frame interrupt does not answer: no pulses, and the watchdog starves
-FAILSAFE_RULES = const(34)
-OUTPUTS = const(35)
-MASK_REGISTER = const(36)  # these mask and unmask it
-UNMASK_REGISTER = const(37)
-INTERRUPT_BIT = const(38)
-FORCE_REGISTER = const(39)  # sets the interrupt flag of the wire's state machine
-FORCE_BIT = const(40)
-WATCHDOG_REGISTER = const(41)
-WATCHDOG_LOAD = const(42)  # 0 = no watchdog
-LED_ON = const(43)
-LED_OFF = const(44)
-LED_MASK = const(45)
-BROKEN = const(46)  # the configuration is: for the LED
-LOST = const(47)  # address of a word that is set when the link ends
-CHECKS_END = const(48)
-CHECKS = const(49)  # address and bits of each thing that must stay switched on
+MEMORY = const(24)  # address of the decoder's memory
+SHAPES = const(25)  # address of what the shapes' function works on, or 0
+FAILSAFE_US = const(26)
+FAILSAFES = const(27)
+TICKS = const(28)
+LOOPS = const(29)  # written by the main loop alone
+SEEN_LOOPS = const(30)
+IDLE_TICKS = const(31)
+STUCK = const(32)  # how often the main loop stood still
+UNREAD_TICKS = const(33)
+SEEN_TAIL = const(34)
+DEAD = const(35)  # the frame interrupt does not answer: no pulses, and the watchdog starves
+FAILSAFE_RULES = const(36)
+OUTPUTS = const(37)
+MASK_REGISTER = const(38)  # these mask and unmask it
+UNMASK_REGISTER = const(39)
+INTERRUPT_BIT = const(40)
+FORCE_REGISTER = const(41)  # sets the interrupt flag of the wire's state machine
+FORCE_BIT = const(42)
+WATCHDOG_REGISTER = const(43)
+WATCHDOG_LOAD = const(44)  # 0 = no watchdog
+LED_ON = const(45)
+LED_OFF = const(46)
+LED_MASK = const(47)
+BROKEN = const(48)  # the configuration is: for the LED
+LOST = const(49)  # address of a word that is set when the link ends
+CHECKS_END = const(50)
+CHECKS = const(51)  # address and bits of each thing that must stay switched on
 
 SENT_FLAG = const(16)
 
@@ -104,12 +106,13 @@ _LED_STUCK = const(0x0005)
 _LED_BROKEN = const(0x0015)
 
 
-def frame_handler(context, memory, pulses, decode):
+def frame_handler(context, scan, shape):
     """Returns the interrupt handler for the end of a frame or a gap.
 
-    `context`: address of the control array. The outputs are written here and nowhere else; the
-    tick raises this interrupt when failsafe begins. Global names cost time, and a closure over
-    five variables would allocate on every call.
+    `context`: address of the control array. `scan`: the decoder's; `shape`: of `firmware.shapes`,
+    or None. The outputs are written here and nowhere else; the tick raises this interrupt when
+    failsafe begins. Global names cost time, and a closure over five variables would allocate on
+    every call.
 
     Behind a control frame a telemetry frame that waits is handed to the slot's state machine. What
     is heard after that one has begun to send is our echo: compared, and never decoded.
@@ -138,7 +141,12 @@ def frame_handler(context, memory, pulses, decode):
                 ptr32(c[LINE_QUIET])[0] = 0
             if index != _FRAME_BYTES:
                 c[COLLISIONS] = (c[COLLISIONS] + 1) & _COUNTER_MASK
-        controls = int(decode(memory, pulses))
+        controls = int(scan(c[MEMORY], c[PULSES]))
+        if controls and c[SHAPES]:
+            # In memory, because each argument and each result cost half a microsecond.
+            ptr32(c[SHAPES])[0] = controls
+            shape(context)
+            controls = ptr32(c[SHAPES])[0]
         if controls:
             c[STAMP] = ptr32(c[CLOCK_REGISTER])[0]
             c[LINK] = LINKED

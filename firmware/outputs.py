@@ -60,9 +60,16 @@ class ServoOutputs:
         """Address of the word that the tick sets when the link ends."""
         return self.shapes.lost_address if self.shapes else uctypes.addressof(self._unused)
 
-    def decoder(self, scan):
-        """Returns the function that the frame interrupt decodes with: `scan`, or more than it."""
-        return self.shapes.decoder(scan) if self.shapes else scan
+    @property
+    def shape(self):
+        """The function that works the shapes out in the frame interrupt, or None."""
+        if self.shapes is None:
+            return None
+        try:
+            from firmware.shape_thumb import shape
+        except ImportError:  # no Arm core
+            from firmware.shape_viper import shape
+        return shape
 
     @property
     def armed(self):

@@ -12,6 +12,9 @@ from ghst_tools.errors import GhstError
 HOST_ONLY = "# host only"
 """First line of a module in lib/ghst that boards do not get."""
 
+THUMB_ONLY = "# thumb only"
+"""First line of a module that boards with an Arm core get, and others do not."""
+
 LIBRARY = "lib/ghst"
 FIRMWARE = "firmware"
 MAIN = "firmware/main.py"
@@ -23,11 +26,11 @@ FROZEN_BOARD = "ghst_board.py"
 def library_modules(root: Path | None = None) -> list[Path]:
     """Modules of lib/ghst that are for a board, sorted; paths relative to the checkout."""
     root = root or checkout()
-    modules = []
-    for path in sorted((root / LIBRARY).rglob("*.py")):
-        with path.open(encoding="utf-8") as source:
-            if source.readline().strip() != HOST_ONLY:
-                modules.append(path.relative_to(root))
+    modules = [
+        path.relative_to(root)
+        for path in sorted((root / LIBRARY).rglob("*.py"))
+        if _first_line(path) != HOST_ONLY
+    ]
     if not modules:
         raise GhstError(f"{root / LIBRARY}: no modules to install")
     return modules
@@ -47,6 +50,19 @@ def sources(root: Path | None = None) -> dict[str, Path]:
     return found | {path.as_posix(): root / path for path in firmware_modules(root)}
 
 
+def for_arch(modules: dict[str, Path], arch: str) -> dict[str, Path]:
+    """Those of `modules` that a board of this architecture can run."""
+    is_arm = arch.startswith("armv")
+    return {
+        name: path for name, path in modules.items() if is_arm or _first_line(path) != THUMB_ONLY
+    }
+
+
+def _first_line(path: Path) -> str:
+    with path.open(encoding="utf-8") as source:
+        return source.readline().strip()
+
+
 def folded(modules: dict[str, Path]) -> dict[str, str]:
     """The sources of `modules` with their constants folded into one another (`fold`)."""
     texts = {_dotted(name): path.read_text(encoding="utf-8") for name, path in modules.items()}
@@ -60,6 +76,7 @@ def _dotted(name: str) -> str:
 
 def compile_modules(modules: dict[str, Path], arch: str) -> dict[str, bytes]:
     """Compile the modules of a board to `.mpy` files for `arch`: path on the board -> content."""
+    modules = for_arch(modules, arch)
     return {
         f"/lib/{name.removesuffix('.py')}.mpy": compile_module(modules[name], name, arch, text)
         for name, text in folded(modules).items()
@@ -116,7 +133,8 @@ def frozen_modules(board: Board, root: Path | None = None) -> dict[str, bytes]:
         FROZEN_BOARD: frozen_board_module(board),
         "main.py": (root / FROZEN_MAIN).read_bytes(),
     }
-    modules |= {name: text.encode() for name, text in folded(sources(root)).items()}
+    found = for_arch(sources(root), board.mpy_arch)
+    modules |= {name: text.encode() for name, text in folded(found).items()}
     return dict(sorted(modules.items()))
 
 

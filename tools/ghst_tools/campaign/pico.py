@@ -106,15 +106,16 @@ class Pico:
         self,
         configuration: dict[str, Any] = NO_SENSORS,
         until: bytes = b"link: searching",
-        files: dict[str, bytes] | None = None,
+        files: dict[str, bytes | None] | None = None,
     ) -> None:
         """Start the firmware as a user's board does.
 
         `configuration`: ghst.json; by default without sensors, which take their time to load.
-        `files`: more files.
+        `files`: more files; with None those that the board does not have.
         """
         added = {"/ghst.json": json.dumps(configuration).encode()} | (files or {})
-        self._power_on(self._files | added, until)
+        there = (self._files | added).items()
+        self._power_on({path: content for path, content in there if content is not None}, until)
         self.compares.clear()
 
     def run(
