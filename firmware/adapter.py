@@ -9,6 +9,9 @@ LINK_NAMES = ("searching", "linked", "failsafe")
 
 MINIMUM_FAILSAFE_MS = 110
 MAXIMUM_FAILSAFE_MS = 10_000
+# Slower, the echo of our telemetry would reach into the next frame's time.
+MINIMUM_BAUD_RATE = 350_000
+MAXIMUM_BAUD_RATE = 500_000
 
 # The adapter that has the hardware: interrupts and DMA know its memory by address alone, and only
 # this keeps it from the garbage collector.
@@ -17,18 +20,21 @@ _running = None
 __all__ = ("FAILSAFE", "LINKED", "LINK_NAMES", "SEARCHING", "Adapter")
 
 
-def _drivers(wire, wire_pin, tx_pin):
+def _drivers(wire, wire_pin, tx_pin, baud_rate, inverted):
     # A board ships the driver that it needs.
     if wire == "uart":
         from firmware.slot_uart import UartSlot
         from firmware.wire_uart import UartWire
 
-        driver = UartWire(wire_pin, tx_pin=tx_pin)
-        return driver, UartSlot(driver)
+        driver = UartWire(wire_pin, tx_pin=tx_pin, baud_rate=baud_rate)
+        return driver, UartSlot(driver, baud_rate=baud_rate)
     from firmware.slot_pio import PioSlot
     from firmware.wire_pio import PioWire
 
-    return PioWire(wire_pin), PioSlot(wire_pin)
+    return (
+        PioWire(wire_pin, baud_rate=baud_rate, inverted=inverted),
+        PioSlot(wire_pin, baud_rate=baud_rate, inverted=inverted),
+    )
 
 
 class Adapter:
@@ -53,12 +59,15 @@ class Adapter:
         broken=False,
         wire="pio",
         tx_pin=None,
+        baud_rate=420_000,
+        inverted=False,
     ):
         """Claims the pins; nothing moves before `start`.
 
         `wire_pin`: GPIO of the Ghost wire. `wire`: "pio", or "uart" where `wire_pin` is RX of a
-        UART and `tx_pin` (default: the GPIO below) its TX, tied to it. `channels`: {GPIO: channel
-        1..16 or `Output`}; `arming`, `link_limits`: as `ServoOutputs` has them. `failsafe`:
+        UART and `tx_pin` (default: the GPIO below) its TX, tied to it. `baud_rate`: of both
+        directions, 350000..500000; `inverted`: whether the line idles low, "pio" only. `channels`:
+        {GPIO: channel 1..16 or `Output`}; `arming`, `link_limits`: as `ServoOutputs`. `failsafe`:
         {GPIO: outputs.HOLD, outputs.NONE or quarter microseconds}. `failsafe_ms`: 110..10000, two
         frames of Long Range at least. `led`: GPIO or None. `broken`: whether the LED shows that
         the configuration is. Raises `ValueError` for what cannot be, and while another adapter
@@ -80,7 +89,11 @@ class Adapter:
             if tx_pin in channels or tx_pin == led:
                 raise ValueError(f"GP{tx_pin} is TX of the Ghost wire and something else")
         self._started = False
-        self._wire, slot = _drivers(wire, wire_pin, tx_pin)
+        if not MINIMUM_BAUD_RATE <= baud_rate <= MAXIMUM_BAUD_RATE:
+            raise ValueError(f"baud_rate is {baud_rate}, must be 350000..500000")
+        if inverted and wire == "uart":
+            raise ValueError('inverted is for wire "pio" only')
+        self._wire, slot = _drivers(wire, wire_pin, tx_pin, baud_rate, inverted)
         self.receiver = Receiver(self._wire.memory)
         self.outputs = ServoOutputs(
             channels, self.receiver, failsafe=failsafe, arming=arming, link_limits=link_limits

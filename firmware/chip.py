@@ -32,6 +32,7 @@ PIO_EXECCTRL = const(0xCC)
 PIO_STATUS = const(0x7F)  # of EXECCTRL: source and limit of `status`; 0x1F would do on the RP2040
 PIO_ADDRESS = const(0xD4)
 GPIO_CONTROL_SIZE = const(8)
+GPIO_INVERT_INPUT = const(1 << 16)  # INOVER: for everything inside the chip
 GPIO_RELEASED = const(5)  # function SIO: what `Pin` has made of it, an input
 UART_CONTROL = const(0x30)
 UART_RECEIVES = const(0x201)  # RXE, UARTEN
@@ -57,6 +58,13 @@ def raise_priority(interrupt):
     shift = 8 * (interrupt & 3)
     value = machine.mem32[register] & ~(0xFF << shift)
     machine.mem32[register] = value | 0x40 << shift
+
+
+def invert(pin):
+    """Turns the levels of a GPIO round, in and out, until something gives it its function anew."""
+    chip = this_chip()
+    register = chip.GPIO_CONTROL + GPIO_CONTROL_SIZE * pin
+    machine.mem32[register] |= GPIO_INVERT_INPUT | chip.GPIO_INVERT_OUTPUT
 
 
 def this_chip():

@@ -17,11 +17,12 @@ from rp2 import PIO, asm_pio
 from firmware import chip
 from firmware.interrupts import SENT_FLAG
 
-_BAUD_RATE = const(420_000)
 _CYCLES_PER_BIT = const(16)
-# Two cycles each. The wait begins 9.4 bits behind the last start bit, and the first bit is two
-# loops behind its end: measured at the pin, the start bit falls 1000 us after the last stop bit.
-_QUIET_LOOPS = const(3361)
+# Two cycles each: 8 a bit, so 8000 * baud rate / 1e6 are 1000 us. The wait begins 9.4 bits behind
+# the last start bit, and the first bit is two loops behind its end: measured at the pin, the start
+# bit falls 1000 us after the last stop bit with one loop more.
+_LOOPS_PER_BAUD = const(125)  # baud rate divided by this
+_MORE_LOOPS = const(1)
 _FRAME_BYTES = const(14)
 _WORDS = const(7)
 
@@ -73,23 +74,29 @@ class PioSlot:
     flag 4 of `sent_register` is set when sending begins (flags 4-7 interrupt nobody).
     """
 
-    def __init__(self, pin, *, state_machine=4):
-        """`pin`: GPIO number, with its pull-up on; `state_machine`: 0..7, any free one."""
+    def __init__(self, pin, *, baud_rate=420_000, inverted=False, state_machine=4):
+        """`pin`: GPIO number, with its pull resistor on; `state_machine`: 0..7, any free one.
+
+        `inverted`: whether the line is low while nobody talks.
+        """
         block, index = divmod(state_machine, 4)
         self.frame = bytearray(_FRAME_BYTES)
         self.words = array("I", [0] * _WORDS)
         self._pin = pin
+        self._pull = Pin.PULL_DOWN if inverted else Pin.PULL_UP
         pin = Pin(pin)
         self._machine = rp2.StateMachine(
             state_machine,
             _send,
-            freq=_CYCLES_PER_BIT * _BAUD_RATE,
+            freq=_CYCLES_PER_BIT * baud_rate,
             in_base=pin,
             jmp_pin=pin,
             out_base=pin,
             set_base=pin,
             sideset_base=pin,
         )
+        if inverted:
+            chip.invert(self._pin)  # the state machine has given the pin its function anew
         registers = chip.PIO[block]
         self.fifo_register = registers + chip.PIO_SEND_FIFO + 4 * index
         self.sent_register = registers + chip.PIO_IRQ
@@ -97,7 +104,7 @@ class PioSlot:
         # whole frame in it.
         control = registers + chip.PIO_MACHINE_SIZE * index + chip.PIO_EXECCTRL
         machine.mem32[control] = (machine.mem32[control] & ~chip.PIO_STATUS) | _WORDS
-        self._machine.put(_QUIET_LOOPS)
+        self._machine.put(baud_rate // _LOOPS_PER_BAUD + _MORE_LOOPS)
         self._machine.exec("pull()")
         self._machine.exec("mov(isr, osr)")
 
@@ -109,7 +116,7 @@ class PioSlot:
     def stop(self):
         """Stops, in the middle of a frame if need be, and releases the wire."""
         self._machine.active(0)
-        Pin(self._pin, Pin.IN, Pin.PULL_UP)
+        Pin(self._pin, Pin.IN, self._pull)
 
     def fill(self, frame):
         """Takes the 14 bytes of `frame` for the next slot; not while the last are waiting."""

@@ -20,10 +20,10 @@ from firmware import uart_interrupts as word
 from firmware.interrupts import SENT_FLAG
 
 _CYCLES_PER_BIT = const(16)
-_BAUD_RATE = const(420_000)
-# Two cycles each. The wait begins 9.4 bits behind the last start bit; the interrupt and
-# `UART.write` take some microseconds.
-_QUIET_LOOPS = const(3361)
+# Two cycles each: 8 a bit, so 8000 * baud rate / 1e6 are 1000 us. The wait begins 9.4 bits behind
+# the last start bit; the interrupt and `UART.write` take some microseconds.
+_LOOPS_PER_BAUD = const(125)  # baud rate divided by this
+_MORE_LOOPS = const(1)
 _FRAME_BYTES = const(14)
 _WAIT_LOW = const(0x2020)  # wait(0, pin, 0)
 _CLOCK_HZ = const(1_000_000)
@@ -72,7 +72,7 @@ class UartSlot:
     written to `fifo_register` to open the slot; flag 4 of `sent_register`.
     """
 
-    def __init__(self, wire, *, state_machine=0):
+    def __init__(self, wire, *, baud_rate=420_000, state_machine=0):
         """`wire`: a `UartWire`; `state_machine`: any but 3 and 7; the next one is taken, too.
 
         They have to be in the PIO block whose interrupt `wire` raises: it is the one above all.
@@ -86,9 +86,9 @@ class UartSlot:
         self.sent_register = wire.sent_register
         pin = Pin(wire.pin)
         self._watch = rp2.StateMachine(
-            state_machine, _watch, freq=_CYCLES_PER_BIT * _BAUD_RATE, in_base=pin, jmp_pin=pin
+            state_machine, _watch, freq=_CYCLES_PER_BIT * baud_rate, in_base=pin, jmp_pin=pin
         )
-        self._watch.put(_QUIET_LOOPS)
+        self._watch.put(baud_rate // _LOOPS_PER_BAUD + _MORE_LOOPS)
         self._watch.exec("pull()")
         self._watch.exec("mov(isr, osr)")
         self._count = rp2.StateMachine(state_machine + 1, _count, freq=_CLOCK_HZ)

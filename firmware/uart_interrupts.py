@@ -25,7 +25,12 @@ TX_RELEASED = const(13)
 COUNT_FIFO = const(14)  # of the state machine that tells when our frame is over
 SENT_REGISTER = const(15)  # flag 4 of it: the frame has begun to go out
 ZERO = const(16)
-WORDS = const(17)
+# What a byte adds at most to the time between two interrupts: at 415 kBd 24 us, and a pause that
+# made no interrupt of its own, 76 us and what it takes to get there. Between them are one pause of
+# 100 us and one of 76 us more.
+BYTE_US = const(17)
+FRAME_US = const(18)  # how long TX is driven
+WORDS = const(19)
 
 _RING = const(512)  # where the ring stands in the decoder's memory
 _COUNTER_MASK = const(0x3FFFFFFF)
@@ -33,15 +38,9 @@ _SENT_FLAG = const(16)
 _FRAME_BYTES = const(14)
 # MicroPython's buffer behind the FIFO of 32: together less than the ring holds.
 _BUFFER = const(128)
-# What a byte adds at most to the time between two interrupts: 24 us, and a pause that made no
-# interrupt of its own, 76 us and what it takes to get there. Between them are one pause of 100 us
-# and one of 76 us more.
-_BYTE_US = const(130)
 # A frame must not begin later than 1200 us behind the control frame, or the next one might follow
 # its echo at once. The interrupt of the UART is 80 us behind the control frame.
 _LATEST_US = const(1100)
-# How long TX is driven. Our last stop bit is high, as the released wire is.
-_FRAME_US = const(336)
 
 
 def idle_handler(context, buffer, on_frame):
@@ -63,7 +62,7 @@ def idle_handler(context, buffer, on_frame):
         count = int(uart.any())
         head = w[WRITE]
         unfinished = (head - ptr32(w[TAIL])[0]) & 255
-        if unfinished and (count == 0 or uint(elapsed) > uint((count + 1) * _BYTE_US)):
+        if unfinished and (count == 0 or uint(elapsed) > uint((count + 1) * w[BYTE_US])):
             skipped = ptr32(w[SKIPPED_BYTES])
             skipped[0] = (skipped[0] + unfinished) & _COUNTER_MASK
             ptr32(w[TAIL])[0] = _RING | head
@@ -113,7 +112,7 @@ def slot_handler(context, write, frame):
             if ptr32(w[ADDRESS_REGISTER])[0] == w[OPEN_ADDRESS] and elapsed < uint(_LATEST_US):
                 ptr32(w[TX_CONTROL])[0] = w[TX_UART]
                 write(frame)
-                ptr32(w[COUNT_FIFO])[0] = _FRAME_US
+                ptr32(w[COUNT_FIFO])[0] = w[FRAME_US]
                 ptr32(w[FORCE_REGISTER])[0] = _SENT_FLAG
 
     return on_slot

@@ -16,12 +16,9 @@ from rp2 import PIO, asm_pio
 from firmware import chip
 from ghst.decoder import MEMORY_SIZE, RING, RING_SIZE
 
-# Sixteen PIO cycles a bit. 415 kBd is the middle of the 400..430 kBd that receivers send at, so
-# that the stop bit is still hit at either end.
 _CYCLES_PER_BIT = 16
-_BAUD_RATE = 415_000
-# The idle loop takes two cycles. Bytes of one frame may be 100 us apart.
-_GAP_LOOPS = 150 * _CYCLES_PER_BIT * _BAUD_RATE // 1_000_000 // 2
+# Bytes of one frame may be 100 us apart.
+_GAP_US = 150
 _WAIT_LOW = 0x2020  # wait(0, pin, 0)
 
 
@@ -71,8 +68,14 @@ class PioWire:
     stay set.
     """
 
-    def __init__(self, pin, *, state_machine=0):
-        """`pin`: GPIO number; `state_machine`: 0..7 (rp2 numbering), any free one."""
+    def __init__(self, pin, *, baud_rate=420_000, inverted=False, state_machine=0):
+        """`pin`: GPIO number; `state_machine`: 0..7 (rp2 numbering), any free one.
+
+        `inverted`: whether the line is low while nobody talks.
+        """
+        # At 420 kBd, 415 are the middle of the 400..430 that receivers send at, so that the stop
+        # bit is still hit at either end.
+        baud_rate = baud_rate * 83 // 84
         self._chip = chip.this_chip()
         block, index = divmod(state_machine, 4)
         self._block = rp2.PIO(block)
@@ -82,15 +85,19 @@ class PioWire:
         self._memory = bytearray(MEMORY_SIZE + RING_SIZE)
         address = (uctypes.addressof(self._memory) + RING_SIZE - 1) & ~(RING_SIZE - 1)
         self.memory = uctypes.bytearray_at(address, MEMORY_SIZE)
-        pin = machine.Pin(pin, machine.Pin.IN, machine.Pin.PULL_UP)
+        pull = machine.Pin.PULL_DOWN if inverted else machine.Pin.PULL_UP
+        number, pin = pin, machine.Pin(pin, machine.Pin.IN, pull)
         self._machine = rp2.StateMachine(
             state_machine,
             _receive,
-            freq=_CYCLES_PER_BIT * _BAUD_RATE,
+            freq=_CYCLES_PER_BIT * baud_rate,
             in_base=pin,
             jmp_pin=pin,
         )
-        self._machine.put(_GAP_LOOPS)
+        if inverted:
+            chip.invert(number)
+        # The idle loop takes two cycles.
+        self._machine.put(_GAP_US * _CYCLES_PER_BIT * baud_rate // 1_000_000 // 2)
         self._machine.exec("pull()")
         registers = chip.PIO[block] + chip.PIO_MACHINE_SIZE * index
         first = machine.mem32[registers + chip.PIO_EXECCTRL] >> 7 & 31

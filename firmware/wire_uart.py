@@ -21,8 +21,6 @@ from firmware import chip
 from firmware import uart_interrupts as word
 from ghst.decoder import MEMORY_SIZE, RING, SKIPPED_BYTES, TAIL
 
-# The middle of the 400..430 kBd that receivers send at; ours goes out at the same rate.
-_BAUD_RATE = const(415_000)
 _BUFFER = const(128)  # as uart_interrupts has it
 
 
@@ -33,7 +31,7 @@ class UartWire:
     raises: `force_interrupt` does. `pin`, `uart`, `words` and `sent_register` are for `UartSlot`.
     """
 
-    def __init__(self, pin, *, tx_pin=None, state_machine=2):
+    def __init__(self, pin, *, tx_pin=None, baud_rate=420_000, state_machine=2):
         """`pin`: GPIO of RX; `tx_pin`: GPIO of TX, by default the one below.
 
         `state_machine`: 0..7, one whose interrupt nobody else uses. Raises `ValueError` for pins
@@ -51,7 +49,10 @@ class UartWire:
         self.memory = bytearray(MEMORY_SIZE)
         self.words = words = array("I", [0] * word.WORDS)
         address = uctypes.addressof(words)
-        self._claim_pins(number, pin, tx_pin, here)
+        # At 420 kBd, 415 are the middle of the 400..430 that receivers send at; ours goes out at
+        # the same rate.
+        baud_rate = baud_rate * 83 // 84
+        self._claim_pins(number, pin, tx_pin, baud_rate, here)
         block, index = divmod(state_machine, 4)
         # It has no program: only its interrupt is wanted.
         self._machine = rp2.StateMachine(state_machine)
@@ -64,6 +65,10 @@ class UartWire:
         self.gap_address = 1
         memory = uctypes.addressof(self.memory)
         words[word.CLOCK_REGISTER] = here.TIMER_RAW_LOW
+        # A byte and a pause that made no interrupt, 42 bits, and what it takes to get there.
+        words[word.BYTE_US] = 42_000_000 // baud_rate + 29
+        # Our last stop bit is high, as the released wire is.
+        words[word.FRAME_US] = 139_500_000 // baud_rate
         words[word.RING_ADDRESS] = memory + RING
         words[word.TAIL] = memory + 4 * TAIL
         words[word.SKIPPED_BYTES] = memory + 4 * SKIPPED_BYTES
@@ -78,11 +83,11 @@ class UartWire:
             (chip.NVIC_ENABLE + (self._interrupt >> 5 << 2), 1 << (self._interrupt & 31)),
         )
 
-    def _claim_pins(self, number, pin, tx_pin, here):
+    def _claim_pins(self, number, pin, tx_pin, baud_rate, here):
         Pin(pin, Pin.IN, Pin.PULL_UP)
         tx = Pin(tx_pin, Pin.IN, Pin.PULL_UP)
         control = here.GPIO_CONTROL + chip.GPIO_CONTROL_SIZE * tx_pin
-        self.uart = machine.UART(number, _BAUD_RATE, tx=tx, rx=Pin(pin), rxbuf=_BUFFER, txbuf=32)
+        self.uart = machine.UART(number, baud_rate, tx=tx, rx=Pin(pin), rxbuf=_BUFFER, txbuf=32)
         self.words[word.TX_CONTROL] = control
         self.words[word.TX_UART] = machine.mem32[control]
         self.words[word.TX_RELEASED] = chip.GPIO_RELEASED

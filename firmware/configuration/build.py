@@ -26,6 +26,8 @@ def adapter(configuration):
         broken=bool(configuration.problems),
         wire=wire["driver"],
         tx_pin=wire["tx_pin"],
+        baud_rate=wire["baud_rate"],
+        inverted=wire["inverted"],
     )
 
 

@@ -14,6 +14,12 @@ def check_hardware(values, board, problems):
         problems.add("wire.driver", f'wire.driver is "pio", must be "uart" on an {board["chip"]}')
     pins.claim("wire.pin", wire["pin"], "uart rx" if uart else "gpio")
     if uart:
+        if wire["inverted"]:
+            problems.add(
+                "wire.inverted",
+                'wire.inverted is true, must be false with wire.driver "uart": its TX is tied to '
+                "the wire so that it can pull low only, and an inverted wire is low already",
+            )
         if wire["tx_pin"] is None:
             problems.add("wire.tx_pin", "wire.tx_pin is missing, must be TX of the wire's UART")
         pins.claim("wire.tx_pin", wire["tx_pin"], "uart tx")

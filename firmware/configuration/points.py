@@ -66,6 +66,21 @@ SECTIONS = {
         ),
         Pin("pin", 2, "wire", "The receiver's signal: the pin of pio, RX of uart."),
         Pin("tx_pin", None, "wire tx", "TX of uart; pio has none."),
+        Whole(
+            "baud_rate",
+            420_000,
+            350_000,
+            500_000,
+            "baud",
+            "Of both directions. A Ghost receiver has 420000; frames up to a twentieth off are "
+            "received, too.",
+        ),
+        Flag(
+            "inverted",
+            False,
+            "Whether the line is low while nobody talks, as behind an inverter. pio only. With a "
+            "pull-down instead of the pull-up: 10 kOhm, on the RP2350 8.2 kOhm at most.",
+        ),
     ),
     "arming": (
         Channel("channel", None, "Arms the outputs marked motor when it is high."),

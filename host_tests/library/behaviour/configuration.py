@@ -83,6 +83,7 @@ def values_of_the_wrong_type_or_range():
         ("failsafe", "time_ms", [], "a list, must be 110..10000 ms"),
         ("failsafe", "minimum_lq_percent", 0, "0, must be 1..100 % or null"),
         ("wire", "driver", "spi", '"spi", must be one of pio, uart'),
+        ("wire", "baud_rate", 115200, "115200, must be 350000..500000 baud"),
         ("gps", "configure", 1, "1, must be true or false"),
         ("magnetometer", "offset_nt", [1, 2], "a list, must be three numbers, each "),
         ("led", "pin", -1, "-1, must be a GPIO number or null"),
@@ -130,6 +131,11 @@ def pins_that_cannot():
         "wire.tx_pin: GPIO 0 is not TX of the UART whose RX GPIO 5 is",
     )
     _refused({"wire": {"driver": "uart", "pin": 5, "tx_pin": 8}})
+    _refused(
+        {"wire": {"driver": "uart", "pin": 5, "tx_pin": 8, "inverted": True}},
+        'wire.inverted is true, must be false with wire.driver "uart": its TX is tied to the wire '
+        "so that it can pull low only, and an inverted wire is low already",
+    )
     _refused({"wire": {"pin": 6}}, "outputs.6: GPIO 6 is taken by wire.pin")
     _refused({"outputs": {"1": {"channel": 3}}}, "gps.rx_pin: GPIO 1 is taken by outputs.1")
 

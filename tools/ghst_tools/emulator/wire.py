@@ -1,4 +1,7 @@
-"""One half-duplex wire between a pin of the board and a bit-banging host, with a pull-up."""
+"""One half-duplex wire between a pin of the board and a bit-banging host, with a pull-up.
+
+Or inverted, with a pull-down: then levels are those in front of the inverter, high while idle.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +31,9 @@ class Wire:
     host began to drive against each other.
     """
 
-    def __init__(self, board: Board, pin: int) -> None:
+    def __init__(self, board: Board, pin: int, inverted: bool = False) -> None:
         self.pin = board.pin(pin)
+        self._inverted = inverted
         self.edges: list[Edge] = []
         self.contention: list[float] = []
         self.clock = board.clock
@@ -41,14 +45,14 @@ class Wire:
         self._override: bool | None = None
         self._wanted: bool | None = None
         self._fighting = False
-        self.pin.pull(True)
+        self.pin.pull(not inverted)
         self.pin.watch_level(self._level_changed)
         self.pin.watch(lambda t_ns, level: self._check_contention())
 
     @property
     def level(self) -> bool:
         """The level on the wire now."""
-        return bool(self.pin.level)
+        return bool(self.pin.level) is not self._inverted
 
     @property
     def busy_until_ns(self) -> float:
@@ -121,8 +125,11 @@ class Wire:
     def _want(self, level: bool | None) -> None:
         self._wanted = level
         if self._override is None:
-            self.pin.drive(level)
-            self._check_contention()
+            self._drive(level)
+
+    def _drive(self, level: bool | None) -> None:
+        self.pin.drive(None if level is None else level is not self._inverted)
+        self._check_contention()
 
     def _add_override(self, t0_ns: float, t1_ns: float, level: bool | None) -> None:
         if t1_ns <= t0_ns or t0_ns < self.clock.nanos:
@@ -137,22 +144,20 @@ class Wire:
         if overrides and overrides[0][1] <= now:
             del overrides[0]
             self._override = None
-            self.pin.drive(self._wanted)
-            self._check_contention()
+            self._drive(self._wanted)
         if not overrides:
             return
         t0_ns, t1_ns, level = overrides[0]
         if t0_ns <= now:
             if self._override is None:
                 self._override = (not self.level) if level is None else level
-                self.pin.drive(self._override)
-                self._check_contention()
+                self._drive(self._override)
             self._override_alarm.schedule(t1_ns - self.clock.nanos)
         else:
             self._override_alarm.schedule(t0_ns - self.clock.nanos)
 
     def _level_changed(self, t_ns: float, level: bool | None, cause: Cause) -> None:
-        edge = Edge(t_ns, bool(level), cause)
+        edge = Edge(t_ns, bool(level) is not self._inverted, cause)
         self.edges.append(edge)
         for watcher in self._watchers:
             watcher(edge)
