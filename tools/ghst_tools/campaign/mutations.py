@@ -28,7 +28,7 @@ _DECODER = "lib/ghst/decoder.py"
 _RECEIVER = "lib/ghst/receiver.py"
 _MSP = "lib/ghst/msp.py"
 _INTERRUPTS = "firmware/interrupts.py"
-_SHAPES = "firmware/shapes.py"
+_SHAPES = "firmware/shape_thumb.py"
 _SETTINGS = "firmware/settings.py"
 _POINTS = "firmware/configuration/points.py"
 _CHECK = "firmware/configuration/check.py"
@@ -290,22 +290,22 @@ CONTROL_PATH = (
     Mutation(
         "telemetry 20 us early",
         "firmware/slot_pio.py",
-        "_QUIET_LOOPS = const(3361)",
-        "_QUIET_LOOPS = const(3294)",
+        "_MORE_LOOPS = const(1)",
+        "_MORE_LOOPS = const(-66)",
         (_SLOT, "off_the_rate and 430000"),
     ),
     Mutation(
         "a receiver that samples at 440 kBd",
         "firmware/wire_pio.py",
-        "_BAUD_RATE = 415_000",
-        "_BAUD_RATE = 440_000",
+        "baud_rate = baud_rate * 83 // 84",
+        "baud_rate = baud_rate * 22 // 21",
         (_FAULTS, "baud_rates and 400000"),
     ),
     Mutation(
         "a pause inside a frame that is not noticed",
         "firmware/wire_pio.py",
-        "_GAP_LOOPS = 150 *",
-        "_GAP_LOOPS = 3000 *",
+        "_GAP_US = 150",
+        "_GAP_US = 3000",
         (_FAULTS, "before_a_gap_never_join"),
     ),
     Mutation(
@@ -332,29 +332,29 @@ CONTROL_PATH = (
     Mutation(
         "motors armed with the throttle up",
         _SHAPES,
-        "                    armed = _READY\n",
-        "                    armed = _READY\n                    throttle = 0\n",
+        "    ble(DECIDED)\n",
+        "    b(DECIDED)\n",
         ("firmware/test_shapes.py", "motor_needs"),
     ),
     Mutation(
         "motors armed by the channel alone",
         _SHAPES,
-        "elif armed == _READY:",
-        "elif armed != _ARMED:",
+        "    bne(DECIDED)\n",
+        "",
         ("firmware/test_shapes.py", "motor_needs"),
     ),
     Mutation(
         "a slow output that jumps",
         _SHAPES,
-        "step = (s[_SPEED] * elapsed) >> 8",
-        "step = (s[_SPEED] * elapsed) >> 7",
+        "    mul(r5, r1)\n",
+        "    mul(r5, r1)\n    lsl(r5, r5, 1)\n",
         ("firmware/test_shapes.py", "slow_output"),
     ),
     Mutation(
         "a weak link that flies",
         _SHAPES,
-        "            controls = 0\n        if c[_LOST]",
-        "        if c[_LOST]",
+        "    str(r4, [r0, 4 * word.CONTROLS])\n",
+        "",
         ("firmware/test_shapes.py", "weak_link"),
     ),
 )
