@@ -14,6 +14,7 @@ from ghst_tools.simulate.keys import Keys
 from ghst_tools.simulate.output import Output
 from ghst_tools.simulate.send import Sender, SenderThread
 from ghst_tools.simulate.session import Session
+from ghst_tools.simulate.stop import Stop
 from ghst_tools.sniff.listen import Listener
 
 # How long the answer to the last frame may be on its way through an adapter.
@@ -56,8 +57,8 @@ class Controls:
 def run(line: Any, make_session: MakeSession, controls: Controls, output: Output) -> Session:
     """Send everything there is, until it is over, a key or Ctrl-C; returns what came of it.
 
-    Ctrl-C is raised again when the figures were shown. `GhstError` if the port or the joystick
-    vanishes, then, too, behind the figures.
+    Raises KeyboardInterrupt for Ctrl-C, and `GhstError` if the port or the joystick vanishes,
+    when the figures have been shown.
     """
     with Listener(line) as listener, contextlib.ExitStack() as stack:
         start_s = listener.time_s
@@ -65,23 +66,20 @@ def run(line: Any, make_session: MakeSession, controls: Controls, output: Output
         thread = SenderThread(
             line, session.uplink, lambda: listener.time_s, start_s, session.waits
         )
+        stop = stack.enter_context(Stop())
         stack.callback(_finish, session, output)
-        interrupt: KeyboardInterrupt | None = None
-        try:
-            with thread:
-                while thread.running and not controls.ended:
-                    controls.poll(session)
-                    _step(line.port, listener, thread.sender, session, output, controls.wait_s)
-        except KeyboardInterrupt as error:
-            interrupt = error
+        with thread:
+            while thread.running and not (controls.ended or stop.asked):
+                controls.poll(session)
+                _step(line.port, listener, thread.sender, session, output, controls.wait_s)
         # What is on its way still counts.
         while session.waits(thread.sender.bursts):
             _step(line.port, listener, thread.sender, session, output, _WAIT_AT_CONTROLS_S)
         until_s = listener.time_s + _LINGER_S
         while listener.time_s < until_s:
             _step(line.port, listener, thread.sender, session, output, _WAIT_AT_CONTROLS_S)
-        if interrupt:
-            raise interrupt
+        if stop.asked:
+            raise KeyboardInterrupt
     return session
 
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import select
-import signal
 import sys
 from collections.abc import Iterator
-from types import FrameType
 from typing import Any
 
 from ghst_tools.errors import GhstError
@@ -76,18 +74,12 @@ def _one_by_one(descriptor: int) -> Iterator[None]:
     import termios
     import tty
 
-    def stop(number: int, frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
     before = termios.tcgetattr(descriptor)
-    # Who ends the program from outside wants the terminal back, too.
-    handler = signal.signal(signal.SIGTERM, stop)
     try:
         tty.setcbreak(descriptor)
         yield
     finally:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
-        signal.signal(signal.SIGTERM, handler)
 
 
 def _pressed_on_windows() -> list[str]:

@@ -23,9 +23,9 @@ class Session:
     """Takes slots and reads as they come, and asks and tells what was ordered.
 
     `link` is None for a recording. `receiver` is a flight controller that heard everything that
-    was sent. `latest` has the last frame of each type, `answers` what was answered over MSP.
-    `start_s` is when the first slot begins, by the clock of all times. `network`: the port is no
-    serial port; see `Listening`.
+    was sent. `latest` has the last frame of each type, `msp` what was answered. `start_s` is when
+    the first slot begins, by the clock of all times. `network`: the port is no serial port; see
+    `Listening`.
     """
 
     def __init__(

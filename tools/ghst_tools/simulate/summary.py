@@ -113,15 +113,15 @@ def _heard(session: Session) -> list[str]:
     return found
 
 
-def slot(session: Session) -> str:
-    """The telemetry slot in one line."""
+def slot(session: Session, newest: int | None = None) -> str:
+    """The telemetry slot in one line, of all frames or the `newest` that were measured."""
     listening = session.listening
-    slots_us = listening.slots_us
+    slots_us = listening.slots_us[-newest:] if newest else listening.slots_us
     parts = []
     if slots_us:
         parts.append(
             f"{np.median(slots_us):.0f} us in the median, {min(slots_us):.0f} to "
-            f"{max(slots_us):.0f} us, {len(slots_us)} measured"
+            f"{max(slots_us):.0f} us, {len(listening.slots_us)} measured"
         )
         if not listening.echo.present:
             parts.append("from writing on, with the adapter's delays in it")

@@ -26,6 +26,7 @@ _BLOCKS = " ▁▂▃▄▅▆▇█"
 # Flight controllers send from 1000 us on; a receiver gives up before the next frame at 2000 us.
 _HISTOGRAM_US = (0, 2500)
 _BINS = 50
+_NEWEST = 5000
 
 
 class LiveView(Output):
@@ -129,7 +130,7 @@ def _telemetry(session: Session) -> Text:
 
 
 def _slots(session: Session) -> list[RenderableType]:
-    slots_us = session.listening.slots_us
+    slots_us = session.listening.slots_us[-_NEWEST:]
     if not slots_us:
         return []
     low, high = _HISTOGRAM_US
@@ -140,7 +141,7 @@ def _slots(session: Session) -> list[RenderableType]:
     drawn = "".join(_BLOCKS[height] for height in heights)
     return [
         Text(),
-        Text(summary.slot(session)),
+        Text(summary.slot(session, _NEWEST)),
         Text.assemble((f"{low} us ", "dim"), (drawn, "green"), (f" {high} us and more", "dim")),
     ]
 
