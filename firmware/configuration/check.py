@@ -101,6 +101,11 @@ def _shown(value):
     return "a list" if isinstance(value, list) else "{...}" if isinstance(value, dict) else value
 
 
+def _is_number(text):
+    digits = all([letter in "0123456789" for letter in text])
+    return digits and (text == "0" or text[:1] not in ("", "0"))
+
+
 def _outputs(tree, defaults, problems):
     given = tree.get(OUTPUTS, {})
     if not isinstance(given, dict):
@@ -110,7 +115,8 @@ def _outputs(tree, defaults, problems):
     values = {}
     for key in list(standard) + [key for key in given if key not in standard]:
         path = f"{OUTPUTS}.{key}"
-        if not key.isdigit() or str(int(key)) != key:
+        # MicroPython's parser takes names that are no strings.
+        if type(key) is not str or not _is_number(key):
             problems.add(path, f"{path} is no GPIO number")
             continue
         points = given.get(key, {})

@@ -27,14 +27,26 @@ def _configuration(board, tree, problems):
     made = Configuration()
     made.board = board
     made.problems = list(problems)
-    made.values, found = check(tree, board)
-    made.problems += [f"{FILE}: {text}" for _, text in found]
+    try:
+        made.values, found = check(tree, board)
+    except Exception as error:
+        # MicroPython's parser takes more than JSON, and the board's file may be broken as well.
+        found = [("", f"{type(error).__name__}: {error}")]
+    made.problems += [_line(f"{FILE}: {text}") for _, text in found]
     if made.problems:
-        made.values, found = check({}, board)
+        try:
+            made.values, found = check({}, board)
+        except Exception:
+            found = [("", "a value is wrong: flash the board again")]
         if found:
-            raise BoardError(f"{BOARD_FILE}: {found[0][1]}")
+            raise BoardError(_line(f"{BOARD_FILE}: {found[0][1]}"))
         made.values["outputs"] = {}
     return made
+
+
+def _line(text):
+    # Names in a broken file may have anything in them.
+    return "".join([letter if 32 <= ord(letter) < 127 else "?" for letter in text])
 
 
 def load():
@@ -55,17 +67,19 @@ def load():
 
 def _board():
     try:
-        with open(BOARD_FILE) as file:
+        # Bytes: a broken file need not be text.
+        with open(BOARD_FILE, "rb") as file:
             text = file.read()
     except OSError:
         try:
             from ghst_board import DEFINITION
         except ImportError:
             raise BoardError(f"{BOARD_FILE} is missing: flash the board again") from None
-        text = str(DEFINITION, "utf-8")
+        text = DEFINITION
     try:
-        board = parse(text)
-    except (ValueError, TypeError):
+        board = parse(str(text, "utf-8"))
+    except Exception:
+        # Whatever it is that a broken file does to the parser.
         raise BoardError(f"{BOARD_FILE} is not valid JSON: flash the board again") from None
     for key, kind in (("name", str), ("chip", str), ("functions", dict), ("defaults", dict)):
         if not isinstance(board, dict) or not isinstance(board.get(key), kind):
