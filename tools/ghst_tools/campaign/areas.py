@@ -8,6 +8,7 @@ from functools import partial
 
 from ghst_tools.campaign import (
     application_bytes,
+    configuration_files,
     cpu,
     library_bytes,
     line,
@@ -42,5 +43,6 @@ AREAS = {
     "line": Area("Line", line.trials),
     "time": Area("Time", timing.trials),
     "cpu": Area("CPU", cpu.trials),
+    "files": Area("Files", configuration_files.trials),
     "mutation": Area("Mutations", mutation.trials),
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ghst_tools import boards
-from ghst_tools.campaign import application_bytes, library_bytes, wire_bytes
+from ghst_tools.campaign import application_bytes, configuration_files, library_bytes, wire_bytes
 from ghst_tools.campaign.picos import Picos
 from ghst_tools.errors import GhstError
 from ghst_tools.files import write_file
@@ -19,6 +19,7 @@ REPLAYS = {
     "bytes": lambda case, picos: library_bytes.replay(case),
     "wire": wire_bytes.replay,
     "application": application_bytes.replay,
+    "configuration": configuration_files.replay,
 }
 
 

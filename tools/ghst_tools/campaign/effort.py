@@ -22,6 +22,10 @@ class Effort:
     phases: int
     rate_frames: int
     """At each rate."""
+    files: int
+    """Of each kind, on the host and on the unix port."""
+    board_files: int
+    boots: int
     mutations: int | None
     """How many of those of the library; None: all of all."""
 
@@ -35,6 +39,9 @@ LONG = Effort(
     talks=200,
     phases=200,
     rate_frames=100,
+    files=10_000,
+    board_files=300,
+    boots=20,
     mutations=None,
 )
 SHORT = Effort(
@@ -46,5 +53,8 @@ SHORT = Effort(
     talks=12,
     phases=12,
     rate_frames=8,
+    files=500,
+    board_files=6,
+    boots=1,
     mutations=3,
 )
