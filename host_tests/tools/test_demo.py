@@ -61,7 +61,9 @@ def test_the_flight_has_both_scalings_in_the_rotation_of_a_receiver() -> None:
     plan = flight.plan(4.0)
     kinds = [[frame[2] for frame in leg.frames] for leg in plan.legs]
     assert kinds[0][:4] == [0x31, 0x33, 0x30, 0x32]
-    assert kinds[1][:4] == [0x11, 0x13, 0x10, 0x12]
+    # Without the capture the first leg is longer, and no multiple of four.
+    turn = -len(kinds[0]) % 4
+    assert kinds[1][turn : turn + 4] == [0x11, 0x13, 0x10, 0x12]
     assert set(kinds[0]) == {0x30, 0x31, 0x32, 0x33} == set(kinds[-1])
     assert set(kinds[1]) == {0x10, 0x11, 0x12, 0x13}
     assert sum(map(len, kinds)) == 1000
