@@ -10,9 +10,11 @@ from ghst_tools.campaign import (
     application_bytes,
     configuration_files,
     cpu,
+    flight,
     library_bytes,
     line,
     mutation,
+    serial_bytes,
     timing,
     wire_bytes,
 )
@@ -44,5 +46,7 @@ AREAS = {
     "time": Area("Time", timing.trials),
     "cpu": Area("CPU", cpu.trials),
     "files": Area("Files", configuration_files.trials),
+    "serial": Area("Serial", serial_bytes.trials),
+    "flight": Area("Flight", flight.trials),
     "mutation": Area("Mutations", mutation.trials),
 }

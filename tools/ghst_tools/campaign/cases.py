@@ -8,7 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from ghst_tools import boards
-from ghst_tools.campaign import application_bytes, configuration_files, library_bytes, wire_bytes
+from ghst_tools.campaign import (
+    application_bytes,
+    configuration_files,
+    library_bytes,
+    serial_bytes,
+    wire_bytes,
+)
 from ghst_tools.campaign.picos import Picos
 from ghst_tools.errors import GhstError
 from ghst_tools.files import write_file
@@ -20,6 +26,7 @@ REPLAYS = {
     "wire": wire_bytes.replay,
     "application": application_bytes.replay,
     "configuration": configuration_files.replay,
+    "serial": serial_bytes.replay,
 }
 
 

@@ -26,6 +26,9 @@ class Effort:
     """Of each kind, on the host and on the unix port."""
     board_files: int
     boots: int
+    serial_bytes: int
+    flight_s: int
+    """Emulated; the emulator runs at a tenth of real time with this load, if that."""
     mutations: int | None
     """How many of those of the library; None: all of all."""
 
@@ -42,6 +45,8 @@ LONG = Effort(
     files=10_000,
     board_files=300,
     boots=20,
+    serial_bytes=1_000_000,
+    flight_s=3600,
     mutations=None,
 )
 SHORT = Effort(
@@ -56,5 +61,7 @@ SHORT = Effort(
     files=500,
     board_files=6,
     boots=1,
+    serial_bytes=4_000,
+    flight_s=1,
     mutations=3,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -80,6 +81,11 @@ def write(out: Path, sections: dict[str, document.Section], image: Path) -> None
 @click.option("--short", is_flag=True, help="A little of each: to see that it works.")
 @click.option("--seed", default=SEED, show_default=True, help="For everything random.")
 @click.option(
+    "--minutes",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Emulated time of the long flight; default: 60.",
+)
+@click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
     help=f"The document to write; default: {DOCUMENT} in the checkout, none with --short.",
@@ -90,16 +96,25 @@ def write(out: Path, sections: dict[str, document.Section], image: Path) -> None
     help="MicroPython image (UF2); default: what `ghst micropython` names.",
 )
 def command(
-    areas: tuple[str, ...], short: bool, seed: int, out: Path | None, image: Path | None
+    areas: tuple[str, ...],
+    short: bool,
+    seed: int,
+    minutes: float | None,
+    out: Path | None,
+    image: Path | None,
 ) -> None:
     """Attack the firmware on purpose, all of it or AREAS, and write docs/reliability.md.
 
     The long form takes hours. What goes wrong is saved as a case in host_tests/campaign/cases,
     which the tests replay.
     """
-    setting = Setting(micropython_image.find(image), SHORT if short else LONG, seed)
-    names = list(areas) or list(AREAS)
+    effort = SHORT if short else LONG
     line = "ghst campaign" + (" --short" if short else "")
+    if minutes is not None:
+        effort = replace(effort, flight_s=max(1, round(60 * minutes)))
+        line += f" --minutes {minutes:g}"
+    setting = Setting(micropython_image.find(image), effort, seed)
+    names = list(areas) or list(AREAS)
     sections, wrong = campaign(setting, names, line, Console(highlight=False, soft_wrap=True))
     if out is None and not short:
         out = boards.checkout() / DOCUMENT

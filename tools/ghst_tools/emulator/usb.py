@@ -87,6 +87,11 @@ class Console:
         else:
             self._usb.held_endpoint = self._cdc._in_endpoint
 
+    @property
+    def unsent(self) -> int:
+        """How many bytes that were typed the device has not taken yet."""
+        return len(self._to_device)
+
     def write(self, data: bytes) -> None:
         """Type `data`; it reaches the device as fast as the device takes it."""
         self._to_device += data
