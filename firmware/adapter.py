@@ -1,9 +1,8 @@
 """`Adapter`: a Ghost receiver on one pin, servos on others, failsafe and watchdog between them."""
 
-from firmware.control import Control
-from firmware.interrupts import FAILSAFE, LINKED, SEARCHING
-from firmware.outputs import ServoOutputs
-from ghst import Receiver
+import sys
+
+from firmware.limits import FAILSAFE, LINKED, SEARCHING
 
 LINK_NAMES = ("searching", "linked", "failsafe")
 
@@ -20,21 +19,13 @@ _running = None
 __all__ = ("FAILSAFE", "LINKED", "LINK_NAMES", "SEARCHING", "Adapter")
 
 
-def _drivers(wire, wire_pin, tx_pin, baud_rate, inverted):
-    # A board ships the driver that it needs.
-    if wire == "uart":
-        from firmware.slot_uart import UartSlot
-        from firmware.wire_uart import UartWire
-
-        driver = UartWire(wire_pin, tx_pin=tx_pin, baud_rate=baud_rate)
-        return driver, UartSlot(driver, baud_rate=baud_rate)
-    from firmware.slot_pio import PioSlot
-    from firmware.wire_pio import PioWire
-
-    return (
-        PioWire(wire_pin, baud_rate=baud_rate, inverted=inverted),
-        PioSlot(wire_pin, baud_rate=baud_rate, inverted=inverted),
-    )
+def _parts():
+    # A board ships those of its own chip.
+    if sys.platform == "esp32":
+        from firmware.parts_esp32 import parts
+    else:
+        from firmware.parts_rp2 import parts
+    return parts
 
 
 class Adapter:
@@ -93,20 +84,16 @@ class Adapter:
             raise ValueError(f"baud_rate is {baud_rate}, must be 350000..500000")
         if inverted and wire == "uart":
             raise ValueError('inverted is for wire "pio" only')
-        self._wire, slot = _drivers(wire, wire_pin, tx_pin, baud_rate, inverted)
-        self.receiver = Receiver(self._wire.memory)
-        self.outputs = ServoOutputs(
-            channels, self.receiver, failsafe=failsafe, arming=arming, link_limits=link_limits
-        )
-        self.control = Control(
-            self._wire,
-            slot,
-            self.receiver,
-            self.outputs,
-            failsafe_ms=failsafe_ms,
-            led=led,
-            led_active_low=led_active_low,
-            broken=broken,
+        self.receiver, self.outputs, self.control = _parts()(
+            (wire, wire_pin, tx_pin, baud_rate, inverted),
+            channels,
+            {"failsafe": failsafe, "arming": arming, "link_limits": link_limits},
+            {
+                "failsafe_ms": failsafe_ms,
+                "led": led,
+                "led_active_low": led_active_low,
+                "broken": broken,
+            },
         )
 
     def start(self, *, watchdog=True):

@@ -4,11 +4,8 @@ import gc
 import sys
 import time
 
-import machine
 import micropython
 
-from firmware import chip
-from firmware.chip import this_chip
 from ghst import __version__
 
 _OLDEST_MICROPYTHON = (1, 25)
@@ -29,7 +26,8 @@ def _prepare():
         here = load()
     except BoardError as error:
         raise ValueError(error) from None
-    name = this_chip().NAME
+    # "Raspberry Pi Pico with RP2040", "Generic ESP32S3 module with ESP32S3".
+    name = sys.implementation._machine.split(" with ")[-1].lower()
     if here.board["chip"] != name:
         raise ValueError(f"/board.json is for an {here.board['chip']}, this is an {name}")
     for problem in here.problems:
@@ -47,8 +45,11 @@ def _forget(*prefixes):
                 delattr(sys.modules[package], last)
 
 
-def _hello(here):
-    """Returns what is said as soon as servos can move; `here` is the configuration."""
+def _hello(here, restarted):
+    """Returns what is said as soon as servos can move.
+
+    `here`: the configuration; `restarted`: whether by the watchdog.
+    """
     values = here.values
     version = ".".join(str(part) for part in sys.implementation.version[:3])
     text = f"micropython-ghst {__version__} on {here.board['name']}, MicroPython {version}\n"
@@ -61,8 +62,7 @@ def _hello(here):
         outputs = values["outputs"]
         servos = " ".join(f"GP{pin}={outputs[pin]['channel']}" for pin in sorted(outputs))
         text += f"servos {servos}, failsafe after {values['failsafe']['time_ms']} ms"
-    # reset_cause() cannot tell a time-out from machine.reset(), which uses the watchdog too.
-    if machine.mem32[this_chip().WATCHDOG + chip.WATCHDOG_REASON] & 1:
+    if restarted:
         text += "\nrestarted by the watchdog"
     return text
 
@@ -106,6 +106,7 @@ def run(application, hello, fault=None):
         reporter.count(fault)
     application.console.add("", reporter.show, "(Enter): the state of everything")
     steps = application.steps
+    rest = application.adapter.control.rest
     began_us = time.ticks_us()
     while True:
         for step in steps:
@@ -118,7 +119,7 @@ def run(application, hello, fault=None):
             reporter.update()
         except _FAULTS as error:
             reporter.count(error)
-        time.sleep_ms(_LOOP_MS)
+        rest(_LOOP_MS)
         now_us = time.ticks_us()
         application.cycle_time_us = time.ticks_diff(now_us, began_us)
         began_us = now_us
@@ -137,9 +138,9 @@ def main():
     try:
         adapter.start()
         try:
-            hello = _hello(here)
+            hello = _hello(here, adapter.control.restarted)
             print(hello)
-            _forget("firmware.configuration")
+            _forget("firmware.configuration", "firmware.parts_")
             # The servos follow already: loading the rest takes most of a second.
             from firmware.application import Application
 

@@ -1,3 +1,4 @@
+# only on rp2
 """Register addresses of the RP2040 and the RP2350 that the control path writes to itself.
 
 Sources: RP2040 datasheet and RP2350 datasheet, chapters PWM, Timer, Watchdog, SIO, DMA, PIO,

@@ -1,5 +1,7 @@
+# only on rp2
 """Joins a wire, a receiver and outputs by the interrupts, and shows what these found."""
 
+import time
 from array import array
 
 import machine
@@ -128,6 +130,17 @@ class Control:
         self._tick.irq(None)
         if self._led is not None:
             machine.Pin(self._led, machine.Pin.OUT, value=self._led_off)
+
+    def rest(self, ms):
+        """Passes the time of the main loop."""
+        time.sleep_ms(ms)
+
+    @property
+    def restarted(self):
+        """Whether the watchdog has restarted the chip."""
+        # reset_cause() cannot tell a time-out from machine.reset(), which uses it too.
+        register = chip.this_chip().WATCHDOG + chip.WATCHDOG_REASON
+        return machine.mem32[register] & 1 != 0
 
     def alive(self):
         """Tells the tick that the main loop runs; to be called at least once a second."""

@@ -1,5 +1,7 @@
 """Makes the sensors that the configuration names, of those whose files are on the board."""
 
+import sys
+
 import machine
 
 
@@ -32,14 +34,21 @@ def sensors(values):
 
 
 def _battery(own, values, buses):
-    from firmware.scratch import Scratch
     from firmware.sensors.battery import Battery
+
+    if sys.platform == "esp32":
+        from firmware.calibrated_adc import CalibratedAdc as Adc
+        from firmware.rtc_scratch import Scratch
+    else:
+        from machine import ADC as Adc
+
+        from firmware.scratch import Scratch
 
     voltage = own["voltage_pin"]
     current = own["current_pin"]
     return Battery(
-        None if voltage is None else machine.ADC(voltage),
-        None if current is None else machine.ADC(current),
+        None if voltage is None else Adc(voltage),
+        None if current is None else Adc(current),
         store=Scratch(),
         divider_permille=round(own["divider"] * 1000),
         current_mv_per_a=own["current_mv_per_a"],

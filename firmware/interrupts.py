@@ -1,3 +1,4 @@
+# only on rp2
 """The two hard interrupts of the control path: frame in, servo pulses out, failsafe.
 
 Neither allocates, waits or looks at the main loop for anything but whether it is alive. The frame
@@ -9,23 +10,13 @@ few microseconds in which both would decide about the link.
 import micropython
 from micropython import const
 
-# Pulse limits in quarter microseconds: 800 us and 2200 us.
-MINIMUM = const(3200)
-MAXIMUM = const(8800)
-
-# Failsafe of an output; any other value is a pulse width in quarter microseconds.
-NONE = const(0)
-HOLD = const(-1)
+from firmware.limits import FAILSAFE, HOLD, LINKED, MAXIMUM, MINIMUM
 
 # Words of a PWM slice in the table of the outputs: address of its compare register; then for its
 # outputs A and B the address of the pulse, PWM counts of a quarter microsecond times 65536, what
 # is added to their product, and the address of the failsafe pulse.
 SLICE_WORDS = const(9)
 # Words of an output in the failsafe rules: address of its pulse, rule.
-
-SEARCHING = const(0)
-LINKED = const(1)
-FAILSAFE = const(2)
 
 # Words of the control array that both interrupts work on.
 # What the frame interrupt needs comes first: a load from the first 32 words is one instruction.

@@ -6,7 +6,7 @@ by two, OneShot125 by eight) are made shorter by the PWM alone.
 
 from micropython import const
 
-from firmware.interrupts import HOLD, MAXIMUM, MINIMUM, NONE
+from firmware.limits import HOLD, MAXIMUM, MINIMUM, NONE
 
 # The middle and both ends of a stick: 1500, 988 and 2012 us.
 _CENTRE = const(6000)
@@ -95,3 +95,41 @@ class Output:
             round((self.centre - low) * 65536 / travel),
             round((high - self.centre) * 65536 / travel),
         )
+
+
+def by_pin(channels, failsafe):
+    """Returns {GPIO: `Output`} of {GPIO: `Output` or channel 1..16}; raises `ValueError`.
+
+    `failsafe`: {GPIO: HOLD, NONE or a pulse} of those given as a channel.
+    """
+    for pin in failsafe:
+        if pin not in channels:
+            raise ValueError(f"failsafe names GP{pin}, which is no servo output")
+    outputs = {}
+    for pin, output in channels.items():
+        if isinstance(output, int):
+            try:
+                output = Output(output, failsafe=failsafe.get(pin, 0))
+            except ValueError as error:
+                raise ValueError(f"GP{pin}: {error}") from None
+        outputs[pin] = output
+    return outputs
+
+
+def shapes(outputs, receiver, clock, arming, link_limits):
+    """Returns the `Shapes` for those of `outputs` that are not plain, None if there is no need.
+
+    `outputs`: {GPIO: `Output`}; `clock`: address of a word that counts microseconds; `arming`,
+    `link_limits`: None or the arguments of `Shapes.set_arming` and `Shapes.set_link_limits`.
+    """
+    count = len([output for output in outputs.values() if not output.plain])
+    if not count and link_limits is None:
+        return None
+    from firmware.shapes import Shapes
+
+    shapes = Shapes(receiver, count, clock)
+    if arming:
+        shapes.set_arming(*arming)
+    if link_limits:
+        shapes.set_link_limits(*link_limits)
+    return shapes

@@ -1,3 +1,4 @@
+# only on rp2
 """Servo outputs: pulses by the PWM hardware, compare registers written from the interrupt.
 
 The hardware takes a new compare value over at the end of a period, so a pulse is never cut short
@@ -11,8 +12,9 @@ import machine
 import uctypes
 
 from firmware import chip
-from firmware.interrupts import MAXIMUM, MINIMUM, SLICE_WORDS
-from firmware.output import Output
+from firmware.interrupts import SLICE_WORDS
+from firmware.limits import MAXIMUM, MINIMUM
+from firmware.output import by_pin, shapes
 
 # The finest step for a frequency in Hz and above: PWM counts a second. 16 bits count a period, the
 # rate divides the clock evenly, and a product with the longest pulse has 31 bits.
@@ -38,7 +40,7 @@ class ServoOutputs:
         `ValueError` for pins that share a PWM channel or a slice with another frequency, and for
         values that cannot be.
         """
-        self._outputs = _outputs(channels, failsafe or {})
+        self._outputs = by_pin(channels, failsafe or {})
         self._pins = sorted(self._outputs)
         self._base = chip.this_chip().PWM
         self._slices = sorted({pin >> 1 & 7 for pin in self._pins})
@@ -47,7 +49,8 @@ class ServoOutputs:
         self.failsafe_pulses = array("H", [0] * len(self._pins))
         self.failsafe_rules = array("i", [0] * (2 * len(self._pins)))
         self._unused = array("i", [0])
-        self.shapes = self._shapes(receiver, arming, link_limits)
+        clock = chip.this_chip().TIMER_RAW_LOW
+        self.shapes = shapes(self._outputs, receiver, clock, arming, link_limits)
         self._claim(receiver)
         self.enabled = tuple(
             (self._register(number, chip.PWM_CONTROL), 1) for number in self._slices
@@ -75,19 +78,6 @@ class ServoOutputs:
     def armed(self):
         """Whether motors run, where something arms them; else always."""
         return self.shapes is None or not self.shapes.arming or self.shapes.armed
-
-    def _shapes(self, receiver, arming, link_limits):
-        count = len([output for output in self._outputs.values() if not output.plain])
-        if not count and link_limits is None:
-            return None
-        from firmware.shapes import Shapes
-
-        shapes = Shapes(receiver, count)
-        if arming:
-            shapes.set_arming(*arming)
-        if link_limits:
-            shapes.set_link_limits(*link_limits)
-        return shapes
 
     def _claim(self, receiver):
         claimed = {}
@@ -147,21 +137,6 @@ class ServoOutputs:
             machine.Pin(pin, machine.Pin.OUT, value=0)
         for number in self._slices:
             machine.mem32[self._register(number, chip.PWM_CONTROL)] = 0
-
-
-def _outputs(channels, failsafe):
-    for pin in failsafe:
-        if pin not in channels:
-            raise ValueError(f"failsafe names GP{pin}, which is no servo output")
-    outputs = {}
-    for pin, output in channels.items():
-        if isinstance(output, int):
-            try:
-                output = Output(output, failsafe=failsafe.get(pin, 0))
-            except ValueError as error:
-                raise ValueError(f"GP{pin}: {error}") from None
-        outputs[pin] = output
-    return outputs
 
 
 def _divider(hertz):

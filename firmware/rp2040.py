@@ -1,9 +1,9 @@
+# only on rp2
 """Addresses on the RP2040.
 
 Source: RP2040 datasheet; see `firmware.chip`.
 """
 
-NAME = "rp2040"
 PWM = 0x40050000
 TIMER_RAW_LOW = 0x40054028
 WATCHDOG = 0x40058000

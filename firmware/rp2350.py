@@ -1,9 +1,9 @@
+# only on rp2
 """Addresses on the RP2350, both architectures.
 
 Source: RP2350 datasheet; see `firmware.chip`.
 """
 
-NAME = "rp2350"
 PWM = 0x400A8000
 TIMER_RAW_LOW = 0x400B0028
 WATCHDOG = 0x400D8000

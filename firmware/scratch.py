@@ -1,3 +1,4 @@
+# only on rp2
 """A number that survives a reset of the chip, but no loss of power.
 
 The RP2040 and the RP2350 keep the scratch registers of their watchdog through a time-out of the

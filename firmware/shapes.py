@@ -10,7 +10,6 @@ from array import array
 import uctypes
 from micropython import const
 
-from firmware import chip
 from firmware.output import OFF, ON
 from ghst.decoder import LINK_QUALITY
 
@@ -77,14 +76,16 @@ class Shapes:
     the words, for the frame interrupt.
     """
 
-    def __init__(self, receiver, count):
-        """`receiver`: a `ghst.Receiver`; `count`: how many outputs there will be."""
+    def __init__(self, receiver, count, clock):
+        """`receiver`: a `ghst.Receiver`; `count`: how many outputs there will be; `clock`: address
+        of a word that counts microseconds.
+        """
         self.pulses = array("H", [0] * count)
         self._receiver = receiver
         self._words = array("i", [0] * (FIRST_SHAPE + SHAPE_WORDS * count))
         self._count = 0
         self.address = uctypes.addressof(self._words)
-        self._words[CLOCK] = chip.this_chip().TIMER_RAW_LOW
+        self._words[CLOCK] = clock
         self._words[MOTORS_LINK] = self.address + 4 * SERVOS
 
     def add(self, output, failsafe_address):
@@ -147,6 +148,18 @@ class Shapes:
 
     def _channel(self, channel):
         return uctypes.addressof(self._receiver.pulses) + 2 * (channel - 1)
+
+    def run(self, shape, context, frames):
+        """Has the function `shape` work behind `frames` control frames, as the frame interrupt
+        does; returns how many of them count. `context`: what `shape` takes.
+        """
+        self._words[CONTROLS] = frames
+        shape(context)
+        return self._words[CONTROLS]
+
+    def lose(self):
+        """Ends the link, as the tick does by `lost_address`."""
+        self._words[LINK_LOST] = 1
 
     @property
     def lost_address(self):

@@ -1,3 +1,4 @@
+# only on rp2
 """The telemetry slot on the Ghost wire: a state machine that waits for 1 ms of quiet and sends.
 
 It follows the line by itself. A start bit begins the wait anew and throws away what was to be

@@ -1,3 +1,4 @@
+# only on rp2
 """The telemetry slot on a UART: a state machine that waits for 1 ms of quiet and tells the CPU.
 
 It follows the line by itself, as the one in `slot_pio` does, and so the slot is where it is

@@ -5,7 +5,7 @@ Runs in the main loop; the slot's state machine does what has to be on time.
 
 from micropython import const
 
-from firmware.interrupts import LINKED
+from firmware.limits import LINKED
 from ghst import telemetry
 from ghst.protocol import (
     TYPE_GPS_PRIMARY,

@@ -1,3 +1,4 @@
+# only on rp2
 """The hard interrupts of the Ghost wire on a UART: bytes in, telemetry out, TX released.
 
 All three have the priority of the frame interrupt, so that none of them interrupts another.

@@ -1,3 +1,4 @@
+# only on esp32
 """The Ghost wire on `machine.UART` where interrupts are soft: written for the ESP32.
 
 Wiring: RX to the wire with a pull-up; TX to the wire through a diode, cathode at TX, which
@@ -50,10 +51,12 @@ class UartLink:
     def __init__(self, uart, rx, timer, receiver, on_control=None):
         """`uart`: `machine.UART(..., 415000, tx=, rx=, rxbuf=256, timeout=0, timeout_char=1)`;
         `rx`: `machine.Pin` of its RX; `timer`: a hardware `machine.Timer` that nobody else uses
-        (not number 0); `receiver`: a `ghst.Receiver`; `on_control`: called with the receiver
-        behind bytes that brought control frames.
+        (not number 0); `receiver`: a `ghst.Receiver`; `on_control`: called behind bytes that
+        brought control frames, with their number.
         """
         self.receiver = receiver
+        self.in_hand = False  # bytes, and what follows from them: nobody else had better decide
+        self._busy = False
         self.telemetry_frames = 0
         self.collisions = 0
         self._uart = uart
@@ -66,7 +69,6 @@ class UartLink:
         self._waiting = False  # `_frame` waits for its slot, or for its echo
         self._sent = False
         self._open = False
-        self._busy = False
         self._again = False
         self._unfinished = False
         self._ticks_us = time.ticks_us
@@ -126,34 +128,44 @@ class UartLink:
         if self._busy:
             self._again = True
             return 0
-        ticks_us = self._ticks_us
-        ticks_diff = self._ticks_diff
-        look = self._any
         controls = 0
         while True:
             self._busy = True
             self._again = False
-            before_us = self._looked_us
-            begin_us = now_us = ticks_us()
-            count = look()
-            while not count and ticks_diff(now_us, begin_us) < listen_us:
-                before_us = now_us
-                now_us = ticks_us()
-                count = look()
-            self._looked_us = now_us
-            if count:
-                complete_us = ticks_us()
-                controls += self._take(uart, count, now_us)
-                if controls and self._waiting:
-                    self._open_slot(before_us, complete_us)
-            elif self._unfinished and ticks_diff(now_us, self._bytes_us) > _GAP_US:
-                self._unfinished = False
-                self.receiver.discard_partial()
-            self._busy = False
+            try:
+                controls += self._look(uart, listen_us)
+            finally:
+                self._busy = self.in_hand = False
             if not self._again:
                 break
-        if controls and self._on_control is not None:
-            self._on_control(self.receiver)
+        return controls
+
+    @micropython.native
+    def _look(self, uart, listen_us):
+        ticks_us = self._ticks_us
+        ticks_diff = self._ticks_diff
+        look = self._any
+        controls = 0
+        before_us = self._looked_us
+        begin_us = now_us = ticks_us()
+        count = look()
+        while not count and ticks_diff(now_us, begin_us) < listen_us:
+            before_us = now_us
+            now_us = ticks_us()
+            count = look()
+        self._looked_us = now_us
+        if count:
+            self.in_hand = True
+            complete_us = ticks_us()
+            controls = self._take(uart, count, now_us)
+            if controls:
+                if self._waiting:
+                    self._open_slot(before_us, complete_us)
+                if self._on_control is not None:
+                    self._on_control(controls)
+        elif self._unfinished and ticks_diff(now_us, self._bytes_us) > _GAP_US:
+            self._unfinished = False
+            self.receiver.discard_partial()
         return controls
 
     @micropython.native

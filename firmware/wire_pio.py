@@ -1,3 +1,4 @@
+# only on rp2
 """The Ghost wire on one pin: a PIO program receives, DMA fills the ring that the decoder reads.
 
 The interrupt comes behind every 14th byte of a burst, which is the last byte of a frame unless

@@ -1,3 +1,4 @@
+# only on rp2
 """The Ghost wire on a UART of the RP2040 or RP2350: TX and RX tied together, RX by interrupt.
 
 Wiring: RX straight to the wire; TX to the wire through a diode, cathode at TX, or 1 kOhm. Straight

@@ -1,8 +1,12 @@
 """Makes the control path that a configuration asks for."""
 
+import sys
+
+import machine
+
 from firmware.adapter import Adapter
 from firmware.configuration.outputs import SHORTENED, travel_us
-from firmware.interrupts import HOLD, MAXIMUM, MINIMUM, NONE
+from firmware.limits import HOLD, MAXIMUM, MINIMUM, NONE
 from firmware.output import OFF, ON, Output
 
 _FAILSAFE = {"hold": HOLD, "none": NONE, "off": OFF, "on": ON}
@@ -14,6 +18,10 @@ def adapter(configuration):
     wire = values["wire"]
     failsafe = values["failsafe"]
     led = values["led"]
+    if configuration.problems and sys.platform == "esp32":
+        # A reset leaves pulses on these pins, and nothing else claims them.
+        for pin in configuration.board["defaults"].get("outputs", ()):
+            machine.Pin(int(pin), machine.Pin.OUT, value=0)
     limits = (failsafe["minimum_lq_percent"], failsafe["minimum_rssi_dbm"])
     return Adapter(
         wire["pin"],

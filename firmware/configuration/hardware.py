@@ -32,6 +32,8 @@ def check_hardware(values, board, problems):
         pins.claim(f"outputs.{pin}", pin, "pwm")
     pins.claim("led.pin", values["led"]["pin"], "led")
     _claim_sensors(values, pins)
+    if esp and values["gps"]["enabled"] and values["gps"]["uart"] == 1:
+        problems.add("gps.uart", "gps.uart is 1, which the Ghost wire has")
     check = _check_ledc if esp else _check_slices
     check(values["outputs"], board, problems)
 
@@ -155,11 +157,13 @@ def _check_slices(outputs, board, problems):
 def _check_ledc(outputs, board, problems):
     """Channels and timers of the ESP32's LEDC; a timer has one frequency."""
     hardware = board["outputs_hardware"]
-    hertz = sorted({output["frequency_hz"] for output in outputs.values()})
-    if len(outputs) > hardware["channels"]:
+    # A switch is a plain pin.
+    pulses = [output for output in outputs.values() if output["kind"] != "switch"]
+    hertz = {output["frequency_hz"] for output in pulses}
+    if len(pulses) > hardware["channels"]:
         problems.add(
             "outputs",
-            f"outputs has {len(outputs)} pins, but an {board['chip']} has {hardware['channels']} "
+            f"outputs has {len(pulses)} pins, but an {board['chip']} has {hardware['channels']} "
             "PWM channels",
         )
     if len(hertz) > hardware["timers"]:

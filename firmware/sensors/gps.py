@@ -9,6 +9,7 @@ Finds the baud rate by itself, reads NMEA or UBX, and sets a u-blox up for ten s
 What does that (`firmware.sensors.gps_reader`) is loaded when something comes from the receiver.
 """
 
+import sys
 from array import array
 
 try:
@@ -59,7 +60,9 @@ class Gps:
         self.home_fix = False
         self.baudrate = self.protocol = None
         self.forget()
-        uart.init(baudrate=SLOWEST, bits=8, parity=None, stop=1, rxbuf=_RXBUF, txbuf=_TXBUF)
+        # The ESP-IDF takes no buffer that is smaller than what the UART itself holds.
+        rxbuf, txbuf = (256, 256) if sys.platform == "esp32" else (_RXBUF, _TXBUF)
+        uart.init(baudrate=SLOWEST, bits=8, parity=None, stop=1, rxbuf=rxbuf, txbuf=txbuf)
 
     @property
     def lat_e7(self):

@@ -9,10 +9,12 @@ MicroPython raises.
 """
 
 import errno
+import sys
 import time
 
+import machine
 import micropython
-from machine import I2C, Pin
+from machine import Pin
 from micropython import const
 
 from ghst.schedule import ticks_diff
@@ -68,8 +70,15 @@ class I2cBus:
             ) from error
 
     def _start_controller(self):
+        if sys.platform == "esp32":
+            # There a controller is waited for, and that for a tenth of a second with each byte
+            # (ports/esp32/machine_i2c.c): no pulse would move. The CPU does it in good time.
+            self._i2c = machine.SoftI2C(
+                Pin(self._scl), Pin(self._sda), freq=self._freq, timeout=self._timeout_us
+            )
+            return
         # Its time-out is for one write or one read; a write and then a read have it twice.
-        self._i2c = I2C(
+        self._i2c = machine.I2C(
             self._id,
             sda=Pin(self._sda),
             scl=Pin(self._scl),

@@ -1,5 +1,6 @@
 """Which files a board gets, and how they are compiled."""
 
+import ast
 from pathlib import Path
 
 import pytest
@@ -103,3 +104,49 @@ def test_a_tree_without_library_is_refused(tmp_path: Path) -> None:
         path.write_text("# host only\n")
     with pytest.raises(GhstError, match="no modules to install"):
         collect(root)
+
+
+def test_a_board_gets_only_what_its_chip_needs(tmp_path: Path) -> None:
+    root = small_checkout.make(tmp_path)
+    for chip in ("rp2", "esp32"):
+        (root / f"firmware/{chip}.py").write_text(f"# only on {chip}\nANSWER = 42\n")
+    for name, own, other in (
+        ("rpi_pico", "rp2", "esp32"),
+        ("rpi_pico2", "rp2", "esp32"),
+        ("esp32_devkit", "esp32", "rp2"),
+        ("esp32_c3_supermini", "esp32", "rp2"),
+    ):
+        board = boards.load(name, root)
+        files = device_files.collect(board, root)
+        assert f"/lib/firmware/{own}.mpy" in files
+        assert f"/lib/firmware/{other}.mpy" not in files
+        frozen = device_files.frozen_modules(board, root)
+        assert f"firmware/{own}.py" in frozen
+        assert f"firmware/{other}.py" not in frozen
+
+
+@pytest.mark.parametrize("name", boards.names())
+def test_no_module_of_a_board_imports_one_of_another_chip(name: str) -> None:
+    board = boards.load(name)
+    modules = device_files.sources(board=board)
+    there = {path.removesuffix(".py").removesuffix("/__init__") for path in modules}
+    others = {
+        path.removesuffix(".py")
+        for path in device_files.sources().keys() - modules.keys()
+        if not path.endswith("/__init__.py")
+    }
+    assert len(others) >= 5
+    for path, text in device_files.folded(modules).items():
+        for node in ast.walk(ast.parse(text)):
+            if not isinstance(node, ast.ImportFrom) or not node.module:
+                continue
+            package = node.module.replace(".", "/")
+            wanted = {package, *(f"{package}/{alias.name}" for alias in node.names)}
+            # The two that choose, at run time.
+            if path not in ("firmware/adapter.py", "firmware/devices.py"):
+                assert not wanted & others, (path, wanted & others)
+            assert (
+                package in there
+                or not package.startswith(("firmware", "ghst/"))
+                or (path in ("firmware/adapter.py", "firmware/devices.py"))
+            )

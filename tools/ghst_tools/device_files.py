@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ghst_tools import fold
 from ghst_tools.boards import Board, checkout
+from ghst_tools.chips import CHIPS
 from ghst_tools.errors import GhstError
 
 HOST_ONLY = "# host only"
@@ -14,6 +15,9 @@ HOST_ONLY = "# host only"
 
 THUMB_ONLY = "# thumb only"
 """First line of a module that boards with an Arm core get, and others do not."""
+
+ONLY_ON = {"# only on rp2": True, "# only on esp32": False}
+"""First lines of modules in firmware that half of the boards get; whether those with RP2 chips."""
 
 LIBRARY = "lib/ghst"
 FIRMWARE = "firmware"
@@ -26,28 +30,40 @@ FROZEN_BOARD = "ghst_board.py"
 def library_modules(root: Path | None = None) -> list[Path]:
     """Modules of lib/ghst that are for a board, sorted; paths relative to the checkout."""
     root = root or checkout()
-    modules = [
-        path.relative_to(root)
-        for path in sorted((root / LIBRARY).rglob("*.py"))
-        if _first_line(path) != HOST_ONLY
-    ]
+    paths = sorted((root / LIBRARY).rglob("*.py"))
+    modules = [path.relative_to(root) for path in paths if _first_line(path) != HOST_ONLY]
     if not modules:
         raise GhstError(f"{root / LIBRARY}: no modules to install")
     return modules
 
 
-def firmware_modules(root: Path | None = None) -> list[Path]:
-    """Modules of the firmware but for main.py, sorted; paths relative to the checkout."""
+def _first_line(path: Path) -> str:
+    with path.open(encoding="utf-8") as source:
+        return source.readline().strip()
+
+
+def firmware_modules(root: Path | None = None, board: Board | None = None) -> list[Path]:
+    """Modules of the firmware but for main.py, sorted; paths relative to the checkout.
+
+    `board`: the one that they are for; None: all.
+    """
     root = root or checkout()
-    paths = (path.relative_to(root) for path in sorted((root / FIRMWARE).rglob("*.py")))
-    return [path for path in paths if path.as_posix() != MAIN]
+    paths = [path for path in sorted((root / FIRMWARE).rglob("*.py")) if path != root / MAIN]
+    if board:
+        is_rp2 = CHIPS[board.chip].is_rp2
+        paths = [path for path in paths if ONLY_ON.get(_first_line(path), is_rp2) is is_rp2]
+    return [path.relative_to(root) for path in paths]
 
 
-def sources(root: Path | None = None) -> dict[str, Path]:
-    """The modules of a board: name such as `ghst/decoder.py` -> where its source is."""
+def sources(root: Path | None = None, board: Board | None = None) -> dict[str, Path]:
+    """The modules of a board: name such as `ghst/decoder.py` -> where its source is.
+
+    `board`: None: the modules of all of them.
+    """
     root = root or checkout()
     found = {path.relative_to("lib").as_posix(): root / path for path in library_modules(root)}
-    return found | {path.as_posix(): root / path for path in firmware_modules(root)}
+    modules = firmware_modules(root, board)
+    return found | {path.as_posix(): root / path for path in modules}
 
 
 def for_arch(modules: dict[str, Path], arch: str) -> dict[str, Path]:
@@ -56,11 +72,6 @@ def for_arch(modules: dict[str, Path], arch: str) -> dict[str, Path]:
     return {
         name: path for name, path in modules.items() if is_arm or _first_line(path) != THUMB_ONLY
     }
-
-
-def _first_line(path: Path) -> str:
-    with path.open(encoding="utf-8") as source:
-        return source.readline().strip()
 
 
 def folded(modules: dict[str, Path]) -> dict[str, str]:
@@ -116,7 +127,7 @@ def collect(board: Board, root: Path | None = None) -> dict[str, bytes]:
     if not main.is_file():
         raise GhstError(f"{main} is missing: a board would start nothing")
     files = {"/main.py": main.read_bytes(), "/board.json": board.definition}
-    files |= compile_modules(sources(root), board.mpy_arch)
+    files |= compile_modules(sources(root, board), board.mpy_arch)
     return dict(sorted(files.items()))
 
 
@@ -133,7 +144,7 @@ def frozen_modules(board: Board, root: Path | None = None) -> dict[str, bytes]:
         FROZEN_BOARD: frozen_board_module(board),
         "main.py": (root / FROZEN_MAIN).read_bytes(),
     }
-    found = for_arch(sources(root), board.mpy_arch)
+    found = for_arch(sources(root, board), board.mpy_arch)
     modules |= {name: text.encode() for name, text in folded(found).items()}
     return dict(sorted(modules.items()))
 

@@ -80,7 +80,9 @@ def build(
                 )
         except GhstError:
             # A mistake in the firmware is better told by its place than by a log.
-            device_files.compile_modules(device_files.sources(root), definition.mpy_arch)
+            device_files.compile_modules(
+                device_files.sources(root, definition), definition.mpy_arch
+            )
             raise
         image = root / "build" / board / f"firmware{built.suffix}"
         filesystem.write_file(image, built.read_bytes())

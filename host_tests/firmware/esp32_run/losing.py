@@ -1,0 +1,269 @@
+"""Failsafe, arming, the watchdog and what can go wrong."""
+
+from esp32_run.bench import Bench
+
+PINS = (32, 33, 25, 26, 27)  # esp32_devkit: channels 1 to 5
+HIGH = [7000] * 16
+MIDDLE = [6000] * 16
+QUICK = {"time_ms": 110}
+
+
+def _bench(tree, machine, chip, configuration=None, user=None):
+    values = {"failsafe": QUICK}
+    values.update(configuration or {})
+    return Bench(tree, machine, chip, values, user)
+
+
+def _width_us(what):
+    return round(what[1]) if isinstance(what, tuple) else what
+
+
+def _look(bench, *times_ms):
+    """Returns a list that gets, at these times, what PINS show: widths in us, or levels."""
+    shown = []
+    for ms in times_ms:
+        bench.at(ms, lambda: shown.append([_width_us(bench.board.pad(pin).now) for pin in PINS]))
+    return shown
+
+
+def failsafe(tree, machine, chip):
+    """Each output does in failsafe what it is told, and comes back with its own channel alone."""
+    bench = _bench(
+        tree,
+        machine,
+        chip,
+        {
+            "outputs": {
+                "32": {"failsafe": "hold"},
+                "33": {"failsafe": 1100},
+                "25": {"failsafe": "none"},
+                "27": {"failsafe": "hold"},
+            }
+        },
+    )
+    bench.fly(400, 500, HIGH)
+    # Channels 1 to 4, and none of 5 to 8.
+    bench.fly(800, 900, MIDDLE, kinds=(0x31,))
+    bench.fly(950, 1000, MIDDLE)
+    shown = _look(bench, 399, 499, 590, 680, 880, 995)
+    bench.run(1000)
+    assert shown == [
+        [0, 0, 0, 0, 0],
+        [1750, 1750, 1750, 1750, 1752],
+        [1750, 1750, 1750, 1750, 1752],
+        [1750, 1100, 0, 0, 1752],
+        [1500, 1500, 1500, 1500, 1752],
+        [1500, 1500, 1500, 1500, 1500],
+    ], shown
+    # 110 ms behind the last frame, a tick of 10 ms, and what a period of 20 ms takes.
+    lost_us = [t for t, what in bench.board.pad(25).history if what == 0][1]
+    assert 110_000 <= lost_us - bench.ends[24] <= 143_000
+    assert "link: failsafe" in bench.said and "failsafes 1" in bench.said
+    assert bench.board.resets == 0
+
+
+def arming(tree, machine, chip):
+    """A motor stays at its minimum until armed with the throttle low, and again in failsafe."""
+    bench = _bench(
+        tree,
+        machine,
+        chip,
+        {
+            "outputs": {"25": {"motor": True, "minimum_us": 1000, "maximum_us": 2000}},
+            "arming": {"channel": 5},
+        },
+    )
+
+    def sticks(throttle, arm):
+        pulses = [6000] * 16
+        pulses[2], pulses[4] = throttle, arm
+        return pulses
+
+    bench.fly(400, 500, sticks(7000, 8032))  # armed too early: the throttle was never low
+    bench.fly(500, 600, sticks(3952, 3952))
+    bench.fly(600, 700, sticks(3952, 8032))
+    bench.fly(700, 800, sticks(7000, 8032))
+    bench.fly(1100, 1200, sticks(7000, 8032))
+    shown = _look(bench, 395, 495, 595, 695, 795, 1050, 1195)
+    bench.run(1200)
+    flying = round(1500 + 1000 / 4 * 500 / 512)
+    assert [pulses[2] for pulses in shown] == [0, 1000, 1000, 1000, flying, 1000, 1000], shown
+
+
+STUCK = """
+import time
+
+def setup(application):
+    began = time.ticks_ms()
+    def stuck(now_ms):
+        if {from_ms} < now_ms < {from_ms} + 100:
+            while time.ticks_diff(time.ticks_ms(), began) < {to_ms}:
+                time.sleep_us(200)
+    application.steps.append(stuck)
+"""
+
+
+def main_loop_stuck(tree, machine, chip):
+    """A main loop that computes for ever costs no pulse, and no failsafe either."""
+    bench = _bench(tree, machine, chip, user=STUCK.format(from_ms=500, to_ms=3300))
+    bench.fly(400, 900, HIGH, rate_hz=100)
+    bench.fly(900, 2900, MIDDLE, rate_hz=50)
+    bench.fly(3200, 3500, HIGH, rate_hz=50)
+    shown = _look(bench, 895, 1000, 2895, 3100, 3300)
+    bench.run(3500)
+    assert [pulses[0] for pulses in shown] == [1750, 1500, 1500, 0, 1750], shown
+    assert bench.board.resets == 0
+    assert "main loop: stood still 1 times" in bench.said, bench.said
+
+
+def main_loop_stuck_without_a_link(tree, machine, chip):
+    """With no link at stake, five seconds of it cost a reset."""
+    bench = _bench(tree, machine, chip, user=STUCK.format(from_ms=500, to_ms=60_000))
+    board = bench.board
+    bench.at(6800, lambda: bench.write_later("/user.py", b"def setup(application): pass\n"))
+    bench.run(6900)
+    assert board.resets == 1
+    assert "restarted by the watchdog" in bench.said, bench.said
+    # A second behind the last feeding, which was five behind the last round.
+    assert 6450 <= board.reset_us / 1000 <= 6650, board.reset_us
+
+
+COLLECT = """
+import time
+
+def setup(application):
+    if {resets} == time.resets:
+        def stuck(now_ms):
+            if now_ms > {from_ms}:
+                time.spend({us}, collecting=True)
+        application.steps.append(stuck)
+"""
+
+
+def scheduler_stuck(tree, machine, chip):
+    """Where nothing is scheduled any more the watchdog resets; then no pulses before the link."""
+    user = COLLECT.format(resets=0, from_ms=600, us=5e6)
+    bench = _bench(tree, machine, chip, user=user)
+    board = bench.board
+    bench.fly(400, 1000, HIGH, rate_hz=100)
+    bench.fly(1900, 2100, MIDDLE, rate_hz=100)
+    shown = _look(bench, 590, 1500, 1800, 2050)
+    bench.run(2100)
+    assert board.resets == 1
+    assert 1600 <= board.reset_us / 1000 <= 1625, board.reset_us
+    # Until the reset the hardware goes on with what it was told last, and through it; then the
+    # application comes up, and has the pins low until there are frames.
+    assert [pulses[0] for pulses in shown] == [1750, 1750, 0, 1500], shown
+    assert "restarted by the watchdog" in bench.said
+
+
+def a_long_collection(tree, machine, chip):
+    """A collection of memory of half a second delays frames, and costs no reset."""
+    user = COLLECT.format(resets=0, from_ms=600, us=5e5).replace(
+        "time.spend", "application.steps.remove(stuck); time.spend"
+    )
+    bench = _bench(tree, machine, chip, user=user)
+    bench.fly(400, 1300, HIGH, rate_hz=250)
+    shown = _look(bench, 595, 1150, 1290)
+    bench.run(1300)
+    assert bench.board.resets == 0
+    assert [pulses[0] for pulses in shown] == [1750] * 3, shown
+    assert bench.board.lost_callbacks > 0
+
+
+FAULTY = """
+def setup(application):
+    def faulty(now_ms):
+        raise OSError(5)
+    application.steps.insert(0, faulty)
+"""
+
+
+def exception_in_a_sensor(tree, machine, chip):
+    """An exception in every round of the main loop is counted and told, and costs no pulse."""
+    bench = _bench(tree, machine, chip, user=FAULTY)
+    bench.fly(400, 700, HIGH)
+    shown = _look(bench, 690)
+    bench.run(700)
+    assert shown[0][0] == 1750 and bench.board.resets == 0
+    assert "faults, the last: OSError: " in bench.said, bench.said
+
+
+SWITCHED_OFF = """
+import time
+
+def setup(application):
+    if time.resets == 0:
+        def switch_off(now_ms):
+            if now_ms > 600:
+                application.adapter.outputs._pwm[3].deinit()
+                application.steps.remove(switch_off)
+        application.steps.append(switch_off)
+"""
+
+
+def an_output_that_fails(tree, machine, chip):
+    """An output that takes no pulse any more: all go off, the chip is reset, and flies again."""
+    bench = _bench(tree, machine, chip, user=SWITCHED_OFF)
+    board = bench.board
+    failures = []
+    board.callback_failed = failures.append
+    bench.fly(400, 640, HIGH, rate_hz=100)
+    bench.fly(640, 2300, MIDDLE, rate_hz=50)
+    shown = _look(bench, 595, 700, 2290)
+    bench.run(2300)
+    assert [str(error) for error in failures] == ["PWM inactive"]
+    assert [pulses[:3] for pulses in shown] == [[1750] * 3, [0] * 3, [1500] * 3], shown
+    assert board.resets == 1 and "restarted by the watchdog" in bench.said
+
+
+def broken_configuration(tree, machine, chip):
+    """A configuration that cannot be moves nothing, and says why."""
+    for text, reason in (
+        (b"{broken", "/ghst.json is broken: no valid JSON"),
+        ({"outputs": {"19": {"channel": 1}}}, "outputs.19: GPIO 19 is taken by wire.pin"),
+        ({"wire": {"driver": "pio"}}, 'wire.driver is "pio", must be "uart" on an esp32'),
+        ({"gps": {"uart": 1}}, "gps.uart is 1, which the Ghost wire has"),
+        ({"outputs": {"34": {"channel": 1}}}, "outputs.34: GPIO 34 cannot be pwm, must be one of"),
+    ):
+        bench = Bench(tree, machine, chip, text)
+        bench.fly(400, 500, HIGH)
+        shown = _look(bench, 350, 490)
+        bench.run(500)
+        assert shown == [[0] * 5] * 2, shown
+        assert reason in bench.said and "Nothing moves." in bench.said, bench.said
+        assert "link: linked, Race" in bench.said, bench.said
+        bench.close()
+
+
+def the_led(tree, machine, chip):
+    """On a board with a LED, that lights when low here, it tells the state."""
+    bench = _bench(tree, machine, chip)
+    bench.fly(2000, 3500, MIDDLE, rate_hz=50)
+    bench.run(5300)
+    changes = [(round(t / 1000), what) for t, what in bench.board.pad(8).history]
+    assert changes[:2] == [(0, "input"), (changes[1][0], 1)]
+    lit = [t for t, what in changes if what == 0]
+    dark = [t for t, what in changes if what == 1]
+    # Slow blinking, on, fast blinking.
+    assert 630 <= dark[1] - lit[0] <= 650, changes
+    assert 1990 <= lit[2] <= 2020 or lit[1] >= 1990 or dark[2] > 3500, changes
+    assert [t for t in lit + dark if 2100 < t < 3500] == []
+    fast = [t for t in lit if t > 3700]
+    assert len(fast) >= 8 and all(155 <= b - a <= 170 for a, b in zip(fast, fast[1:])), fast
+
+
+def stopped_and_started_again(tree, machine, chip):
+    """Ctrl-C leaves the pins low and the watchdog a day of peace; `main()` flies again."""
+    bench = _bench(tree, machine, chip)
+    board = bench.board
+    bench.fly(400, 600, HIGH)
+    bench.run(600)
+    assert [_width_us(board.pad(pin).now) for pin in PINS] == [0] * 5
+    assert board.watchdog_us - board.now_us > 86_000e6
+    board.sleep_ms(10_000)
+    bench.fly(11_000, 11_200, MIDDLE)
+    shown = _look(bench, 11_190)
+    bench.run(11_200)
+    assert shown == [[1500] * 5], shown
+    assert board.resets == 0
