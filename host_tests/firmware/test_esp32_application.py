@@ -98,5 +98,10 @@ def test_losing(esp32: Boards, function: str) -> None:
     esp32.run("esp32_devkit", "losing", function)
 
 
+@pytest.mark.parametrize("function", cases("talking"))
+def test_talking(esp32: Boards, function: str) -> None:
+    esp32.run("esp32_devkit", "talking", function)
+
+
 def test_the_led(esp32: Boards) -> None:
     esp32.run("esp32_c3_supermini", "losing", "the_led")

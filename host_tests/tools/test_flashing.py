@@ -20,6 +20,7 @@ from ghst_tools.errors import GhstError
 # The emulated board is as slow as the machine is busy; nothing waits this long for nothing.
 PATIENCE_S = 120
 HELLO = f"{small_checkout.HELLO} 42"
+RPI_PICO = boards.load("rpi_pico")
 
 
 @pytest.fixture
@@ -103,6 +104,26 @@ def test_what_would_shadow_the_firmware_goes(flashed_board: ServedBoard, root: P
         "/lib/theirs.py",
         "/main.py",
         "/mine.py",
+    ]
+
+
+def test_a_board_with_an_esp32_is_flashed_the_same_way(
+    empty_board: ServedBoard, root: Path
+) -> None:
+    # The emulated board takes its place, and gets what that one would.
+    (root / "firmware/pio.py").write_text("# only on rp2\n")
+    (root / "firmware/ledc.py").write_text("# only on esp32\n")
+    path = root / "boards/esp32_devkit/board.json"
+    text = path.read_text().replace("xtensawin", RPI_PICO.mpy_arch)
+    path.write_text(text.replace("Generic ESP32 module with ESP32", RPI_PICO.machine))
+    said: list[str] = []
+    port = empty_board.address
+    assert flash.flash("esp32_devkit", port, root, said.append, PATIENCE_S) == HELLO
+    assert said[-1] == "8 of 8 files copied"
+    assert files_on(empty_board, "/lib/firmware") == [
+        "/lib/firmware/__init__.mpy",
+        "/lib/firmware/ledc.mpy",
+        "/lib/firmware/sub",
     ]
 
 
@@ -195,13 +216,23 @@ OTHERS = [port("/dev/ttyS0", None), port("/dev/ttyACM8", 0x2E8A, 0x000C), port("
 
 def test_the_one_board_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(list_ports, "comports", lambda: [*OTHERS, port("/dev/ttyACM0", 0x2E8A)])
-    assert board_link.find_port() == "/dev/ttyACM0"
+    assert board_link.find_port(RPI_PICO) == "/dev/ttyACM0"
+
+
+def test_a_board_with_an_esp32_is_found_behind_its_bridge(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for vid in (0x10C4, 0x1A86, 0x303A):
+        ports = [*OTHERS, port("/dev/ttyACM0", 0x2E8A), port("/dev/ttyUSB0", vid)]
+        monkeypatch.setattr(list_ports, "comports", lambda ports=ports: ports)
+        assert board_link.find_port(boards.load("esp32_devkit")) == "/dev/ttyUSB0"
+        assert board_link.find_port(RPI_PICO) == "/dev/ttyACM0"
 
 
 def test_no_board_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(list_ports, "comports", lambda: OTHERS)
     with pytest.raises(GhstError) as caught:
-        board_link.find_port()
+        board_link.find_port(RPI_PICO)
     assert str(caught.value) == (
         "no board found on USB: plug one in that runs MicroPython, or say PORT=..."
     )
@@ -211,7 +242,7 @@ def test_two_boards_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     ports = [port("/dev/ttyACM0", 0x2E8A), port("/dev/ttyACM1", 0x2E8A, number="E67")]
     monkeypatch.setattr(list_ports, "comports", lambda: ports)
     with pytest.raises(GhstError) as caught:
-        board_link.find_port()
+        board_link.find_port(RPI_PICO)
     assert str(caught.value) == (
         "2 boards found: /dev/ttyACM0 (serial number E66), /dev/ttyACM1 (serial number E67): "
         "say which with PORT=..."

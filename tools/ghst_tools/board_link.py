@@ -12,6 +12,7 @@ from mpremote.transport_serial import SerialTransport  # type: ignore[import-unt
 from serial.tools import list_ports  # type: ignore[import-untyped]
 
 from ghst_tools.boards import Board
+from ghst_tools.chips import CHIPS
 from ghst_tools.errors import GhstError
 from ghst_tools.serial_port import open_port
 
@@ -19,6 +20,8 @@ OLDEST_MICROPYTHON = (1, 25)
 
 _RASPBERRY_PI = 0x2E8A
 _DEBUG_PROBE = 0x000C
+# What ESP32 boards have on USB: the chip itself, or a bridge by Silicon Labs or WCH.
+_ESPRESSIF_AND_BRIDGES = (0x303A, 0x10C4, 0x1A86)
 
 # Index: sys.implementation._mpy >> 10 (MicroPython's documentation of .mpy files).
 _ARCHITECTURES = (
@@ -69,14 +72,12 @@ class Identity:
             )
 
 
-def find_port() -> str:
-    """The serial port of the one board on USB; `GhstError` if there is none, or more than one."""
-    ports = [
-        port
-        for port in list_ports.comports()
-        if (port.vid == _RASPBERRY_PI and port.pid != _DEBUG_PROBE)
-        or (port.manufacturer or "").startswith("MicroPython")
-    ]
+def find_port(board: Board) -> str:
+    """The serial port of the one board on USB that could be a `board`.
+
+    `GhstError` if there is none, or more than one.
+    """
+    ports = [port for port in list_ports.comports() if _could_be(port, CHIPS[board.chip].is_rp2)]
     if not ports:
         raise GhstError(
             "no board found on USB: plug one in that runs MicroPython, or say PORT=..."
@@ -85,6 +86,14 @@ def find_port() -> str:
         known = ", ".join(f"{port.device} (serial number {port.serial_number})" for port in ports)
         raise GhstError(f"{len(ports)} boards found: {known}: say which with PORT=...")
     return str(ports[0].device)
+
+
+def _could_be(port: Any, is_rp2: bool) -> bool:
+    if (port.manufacturer or "").startswith("MicroPython"):
+        return True
+    if is_rp2:
+        return bool(port.vid == _RASPBERRY_PI and port.pid != _DEBUG_PROBE)
+    return port.vid in _ESPRESSIF_AND_BRIDGES
 
 
 @contextlib.contextmanager

@@ -164,7 +164,7 @@ def flash(
     """Bring a board up to date and start it; returns the application's hello line."""
     definition = boards.load(board, root)
     wanted = device_files.collect(definition, root)
-    port = port or find_port()
+    port = port or find_port(definition)
     with connect(port) as transport:
         identity = identify(transport)
         identity.check(definition)

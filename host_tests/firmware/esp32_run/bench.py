@@ -177,6 +177,8 @@ class Bench:
             for name in list(sys.modules):
                 if name.split(".")[0] in _OURS:
                     del sys.modules[name]
+            # Shortly before, so that it is known what there is at the end.
+            self.type(until_ms - 12, "\r")
             try:
                 with open("/main.py") as file:
                     exec(file.read(), {"__name__": "__main__"})
@@ -196,6 +198,14 @@ class Bench:
         for what in self.board.pad(pin).since(1000.0 * from_ms):
             found.append(what[1] if isinstance(what, tuple) else what)
         return found
+
+    def lines(self, beginning):
+        """The lines that were printed and begin so."""
+        return [line for line in self.said.split("\n") if line.startswith(beginning)]
+
+    def frames_decoded(self):
+        """How many control frames the application counted, as it said last."""
+        return int(self.lines("link: ")[-1].split("frames ")[1].split(",")[0])
 
     def slots_us(self):
         """How far behind the end of a frame each of ours began."""
