@@ -12,6 +12,7 @@ from rp2 import asm_pio
 from firmware import chip
 from firmware import interrupts as word
 from firmware.interrupts import frame_handler, tick_handler
+from firmware.limits import SHAPES
 from ghst.decoder import HEAD, LINE_QUIET, RF_PROTOCOL, RING, TAIL, scan
 
 _TICK_MS = 10
@@ -70,7 +71,7 @@ class Control:
         words[word.LINE_QUIET] = address(receiver.memory) + 4 * LINE_QUIET
         words[word.MEMORY] = address(receiver.memory)
         words[word.PULSES] = address(receiver.pulses)
-        words[word.SHAPES] = outputs.shapes.address if outputs.shapes else 0
+        words[SHAPES] = outputs.shapes.address if outputs.shapes else 0
         words[word.BROKEN] = broken
         words[word.LOST] = outputs.lost_address
         words[word.TABLE] = address(outputs.table)

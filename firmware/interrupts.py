@@ -10,7 +10,7 @@ few microseconds in which both would decide about the link.
 import micropython
 from micropython import const
 
-from firmware.limits import FAILSAFE, HOLD, LINKED, MAXIMUM, MINIMUM
+from firmware.limits import FAILSAFE, HOLD, LINKED, MAXIMUM, MINIMUM, SHAPES
 
 # Words of a PWM slice in the table of the outputs: address of its compare register; then for its
 # outputs A and B the address of the pulse, PWM counts of a quarter microsecond times 65536, what
@@ -45,7 +45,7 @@ RING_ADDRESS = const(21)
 TELEMETRY_FRAMES = const(22)
 COLLISIONS = const(23)
 MEMORY = const(24)  # address of the decoder's memory
-SHAPES = const(25)  # address of what the shapes' function works on, or 0
+# 25 is SHAPES: address of what the shapes' function works on, or 0
 FAILSAFE_US = const(26)
 FAILSAFES = const(27)
 TICKS = const(28)

@@ -15,8 +15,7 @@ import machine
 import uctypes
 from micropython import const
 
-from firmware.interrupts import SHAPES
-from firmware.limits import HOLD, MAXIMUM, MINIMUM
+from firmware.limits import HOLD, MAXIMUM, MINIMUM, SHAPES
 from firmware.output import by_pin, shapes
 
 _CLOCK_HZ = 80_000_000

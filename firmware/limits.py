@@ -13,3 +13,6 @@ HOLD = const(-1)
 SEARCHING = const(0)
 LINKED = const(1)
 FAILSAFE = const(2)
+
+# The word of the frame interrupt where `shape` finds what it works on (`firmware.shapes`).
+SHAPES = const(25)

@@ -17,7 +17,8 @@ _UART = const(1)
 def parts(wire, channels, outputs, control):
     """Returns (`Receiver`, `LedcOutputs`, `SoftControl`), nothing of them started.
 
-    `wire`: driver, pin, TX pin, baud rate, inversion; `channels`, `outputs`, `control`: the arguments of the last two.
+    `wire`: driver, pin, TX pin, baud rate, inversion; `channels`, `outputs`, `control`: the
+    arguments of the last two.
     Raises `ValueError` for what this chip has not.
     """
     driver, wire_pin, tx_pin, baud_rate, _ = wire

@@ -9,7 +9,8 @@ from ghst import Receiver
 def parts(wire, channels, outputs, control):
     """Returns (`Receiver`, `ServoOutputs`, `Control`), nothing of them started.
 
-    `wire`: driver, pin, TX pin, baud rate, inversion; `channels`, `outputs`, `control`: the arguments of the last two.
+    `wire`: driver, pin, TX pin, baud rate, inversion; `channels`, `outputs`, `control`: the
+    arguments of the last two.
     """
     driver, slot = _drivers(*wire)
     receiver = Receiver(driver.memory)

@@ -7,7 +7,7 @@ Viper keeps two variables in registers and the rest in memory.
 import micropython
 
 from firmware import shapes as word
-from firmware.interrupts import SHAPES
+from firmware.limits import SHAPES
 
 
 # ruff: noqa: F821 - the words of the assembler

@@ -3,7 +3,7 @@
 import micropython
 
 from firmware import shapes as word
-from firmware.interrupts import SHAPES
+from firmware.limits import SHAPES
 
 
 # ruff: noqa: F821 - ptr16, ptr32 and uint are viper's own names

@@ -28,11 +28,11 @@ def board_tree(name: str, folder: Path) -> boards.Board:
         if not path.endswith(".mpy")
     }
     # Its words hold addresses of 32 bits, which here have 64: bytecode, and numbers for addresses.
-    shapes = device_files.folded(modules)["firmware/shapes.py"]
-    shapes = re.sub(r"@micropython\.viper\n", "\n", shapes)
-    del modules["firmware/shapes.py"]
+    shape = device_files.folded(modules)["firmware/shape_viper.py"]
+    shape = re.sub(r"@micropython\.viper\n", "\n", shape)
     files |= device_files.compile_modules(modules, "x64")
-    files["/lib/firmware/shapes.py"] = shapes.encode()
+    del files["/lib/firmware/shape_viper.mpy"]
+    files["/lib/firmware/shape_viper.py"] = shape.encode()
     for path, content in files.items():
         file = folder / path.removeprefix("/")
         file.parent.mkdir(parents=True, exist_ok=True)

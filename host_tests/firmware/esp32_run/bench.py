@@ -1,8 +1,8 @@
 """Runs `/main.py` as a board would, from a littlefs with the files of that board.
 
 Replaced are `machine` and `time` (the model), the chip's name in `sys`, the console in `sys.stdin`
-and `print`, and for `firmware.shapes`, which is no machine code here, `uctypes`. All else is real:
-the files, the imports, the configuration, the interpreter.
+and `print`, and for `firmware.shape_viper`, which is no machine code here, `uctypes`. All else is
+real: the files, the imports, the configuration, the interpreter.
 """
 
 import builtins

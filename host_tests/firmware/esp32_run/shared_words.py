@@ -1,7 +1,7 @@
 """`uctypes.addressof` and viper's pointers for an interpreter whose addresses have 64 bits.
 
-`firmware.shapes` keeps addresses in words of 32 bits, as all boards have them. Here an object gets
-a number in place of its address, and `ptr16` and `ptr32` find it by that.
+What `firmware.shapes` describes keeps addresses in words of 32 bits, as all boards have them. Here
+an object gets a number in place of its address, and `ptr16` and `ptr32` find it by that.
 """
 
 _FIRST = 0x1000
@@ -26,6 +26,9 @@ def addressof(item):
 class _Pointer:
     def __init__(self, address):
         self._address = address
+
+    def __int__(self):
+        return self._address
 
     def _find(self, index):
         address = self._address + self._bytes * index

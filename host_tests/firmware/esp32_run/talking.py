@@ -32,7 +32,7 @@ def _check_slots(bench):
 
 
 def telemetry(tree, machine, chip):
-    """Frames of the battery in the slot, right to the digit; none of them costs a control frame."""
+    """Frames of the battery in the slot, right to the digit, and no control frame is lost."""
     bench = _bench(tree, machine, chip)
     bench.fly(400, 2400, MIDDLE, rate_hz=160)
     bench.run(2440)
