@@ -15,8 +15,8 @@ Made by `ghst wiring` from `boards/*/board.json`: change those, not this file.
 **Where it ran.** Nothing here was ever run on a real chip. The firmware runs on an emulated RP2040
 with the pins of `rpi_pico`; the other RP2040 boards differ from it in their pins only, which come
 from the makers' drawings. For the RP2350 it is compiled, and written by the datasheet: there is
-no emulator. For the ESP32 family it is compiled, and its UART driver is tested against a strict
-model of MicroPython's `machine`. Of MicroPython's board definitions (`boards/*/micropython`) those
+no emulator. For the ESP32 family, which has none either, it is compiled, and runs on MicroPython's
+unix port against a strict model of that port's `machine`. Of MicroPython's board definitions (`boards/*/micropython`) those
 of the RP2 boards were built, with 1.25.0; those of the ESP32 family never: that needs ESP-IDF.
 
 **Names.** A pin is called what the maker's drawing calls it, which most boards have printed beside
@@ -27,8 +27,10 @@ slice and have one frequency. There are eight slices: GPIO n and n+16 are the sa
 one of them can be used.
 
 **Servo outputs of the ESP32 family.** Any pin takes any channel of the LEDC. Outputs of the same
-frequency share a timer. Pins are left out that the chip looks at while it boots (strapping pins),
-and those of the flash, of USB and of the console.
+frequency share a timer. A pulse has steps of 0.31 us at 50 Hz and 0.04 us at 400 Hz on the ESP32,
+of 1.22 us and 0.15 us on the S3 and the C3. A switch is a plain pin and takes no channel. Pins are
+left out that the chip looks at while it boots (strapping pins), and those of the flash, of USB and
+of the console.
 
 **The Ghost wire of the ESP32 family** needs two pins, RX and TX, tied together: RX straight, TX
 through a Schottky diode with its cathode at TX, and a resistor of 2.2 kOhm that pulls the wire up.
