@@ -16,8 +16,9 @@ Made by `ghst wiring` from `boards/*/board.json`: change those, not this file.
 with the pins of `rpi_pico`; the other RP2040 boards differ from it in their pins only, which come
 from the makers' drawings. For the RP2350 it is compiled, and written by the datasheet: there is
 no emulator. For the ESP32 family, which has none either, it is compiled, and runs on MicroPython's
-unix port against a strict model of that port's `machine`. Of MicroPython's board definitions (`boards/*/micropython`) those
-of the RP2 boards were built, with 1.25.0; those of the ESP32 family never: that needs ESP-IDF.
+unix port against a strict model of that port's `machine`. Of MicroPython's board definitions
+(`boards/*/micropython`) those of the RP2 boards were built, with 1.25.0; those of the ESP32 family
+never: that needs ESP-IDF.
 
 **Names.** A pin is called what the maker's drawing calls it, which most boards have printed beside
 it. `ghst.json` takes the number of the GPIO.
