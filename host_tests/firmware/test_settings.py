@@ -3,21 +3,27 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
-from firmware.settings import Settings
 
 from ghst_tools import boards, filesystem
+from ghst_tools.campaign.power import (
+    BROKEN,
+    CASES,
+    DEVICE,
+    LARGE,
+    NEW,
+    OLD,
+    PATHS,
+    cut_at_each_write,
+    files_of,
+    put,
+    save,
+    settings_in,
+)
 from ghst_tools.emulator import Board
 from ghst_tools.emulator.flash_log import FlashLog
 from ghst_tools.errors import GhstError
-
-PATHS = ("/ghst.json", "/ghst.json.new", "/ghst.json.broken")
-OLD = {"vtx": {"power": 1, "band": 5}}
-NEW = {"vtx": {"power": 3, "band": 5}}
-LARGE = {"texts": {str(n): chr(ord("a") + n) * 900 for n in range(5)}}
-BROKEN = b'{"vtx": {"power": 1'
 
 
 @pytest.fixture(scope="module")
@@ -27,18 +33,7 @@ def board(micropython_image: Path, firmware_files: dict[str, bytes]) -> Board:
     size = boards.load("rpi_pico").filesystem_size
     board = Board(micropython_image, filesystem.build(files, size))
     board.boot()
-    board.exec(
-        "import os, time\n"
-        "from firmware.settings import Settings\n"
-        "def put(path, content):\n"
-        "    try:\n"
-        "        os.remove(path)\n"
-        "    except OSError:\n"
-        "        pass\n"
-        "    if content is not None:\n"
-        "        with open(path, 'wb') as file:\n"
-        "            file.write(content)\n"
-    )
+    board.exec(DEVICE)
     return board
 
 
@@ -55,104 +50,11 @@ def log(board: Board, module_log: FlashLog) -> Iterator[FlashLog]:
         board.exec(f"put({path!r}, None)")
 
 
-def put(board: Board, contents: dict[str, bytes]) -> None:
-    """Make files on the board."""
-    for path, content in contents.items():
-        board.exec(f"put({path!r}, {content!r})")
-
-
-def save(board: Board, values: dict[str, dict[str, Any]]) -> str:
-    """Have the board load its settings, change them to `values` and save; its words about it."""
-    return board.exec(
-        "settings = Settings()\n"
-        "settings.load()\n"
-        f"for section, values in {values}.items():\n"
-        "    for key, value in values.items():\n"
-        "        settings.set(section, key, value)\n"
-        "settings.request_save()\n"
-        "print(settings.poll(False), settings.poll(True), settings.error)"
-    ).strip()
-
-
-def files_of(image: bytes) -> dict[str, bytes]:
-    """Those of our files that are in a file system."""
-    found = filesystem.read(image)
-    return {path: found[path] for path in PATHS if path in found}
-
-
-def settings_in(folder: Path, files: dict[str, bytes]) -> Settings:
-    """Settings that were loaded on this machine from `files`, which are put into `folder`."""
-    for path in PATHS:
-        (folder / path[1:]).unlink(missing_ok=True)
-    for path, content in files.items():
-        (folder / path[1:]).write_bytes(content)
-    settings = Settings(str(folder / "ghst.json"))
-    settings.load()
-    return settings
-
-
-# What there is before the save, what is saved, and what there is when the power fails before
-# the save counts; None: nothing but an error.
-CASES = [
-    pytest.param({}, OLD, {}, id="first"),
-    pytest.param({"/ghst.json": json.dumps(OLD).encode()}, NEW, OLD, id="change"),
-    pytest.param({"/ghst.json": json.dumps(LARGE).encode()}, LARGE | NEW, LARGE, id="large"),
-    pytest.param({"/ghst.json": BROKEN}, NEW, None, id="broken"),
-    pytest.param(
-        {"/ghst.json": json.dumps(OLD).encode(), "/ghst.json.new": BROKEN},
-        NEW,
-        OLD,
-        id="left over",
-    ),
-    pytest.param(
-        {"/ghst.json": BROKEN, "/ghst.json.new": json.dumps(OLD).encode()}, NEW, OLD, id="twice"
-    ),
-]
-
-
-@pytest.mark.parametrize(("before", "new", "old"), CASES)
+@pytest.mark.parametrize("case", CASES)
 def test_a_power_cut_at_any_write_leaves_the_old_or_the_new(
-    board: Board,
-    log: FlashLog,
-    tmp_path: Path,
-    before: dict[str, bytes],
-    new: dict[str, Any],
-    old: dict[str, Any] | None,
+    board: Board, log: FlashLog, tmp_path: Path, case: str
 ) -> None:
-    put(board, before)
-    log.restart()
-    others = {p: c for p, c in filesystem.read(log.start).items() if p not in PATHS}
-    assert save(board, new) == "False True None"
-    seen = []
-    for image in log.cuts():
-        found = filesystem.read(image)
-        assert {p: c for p, c in found.items() if p not in PATHS} == others
-        settings = settings_in(tmp_path, files_of(image))
-        values = settings._sections
-        if old is None and settings.error is not None:
-            seen.append("old")
-            assert (values, found["/ghst.json"]) == ({}, BROKEN)
-        else:
-            assert settings.error is None
-            assert values in (old, new)
-            seen.append("new" if values == new else "old")
-        # The next safe moment puts in order what the cut has left.
-        assert not settings.poll(True)
-        assert not (tmp_path / "ghst.json.new").exists()
-        again = Settings(str(tmp_path / "ghst.json"))
-        again.load()
-        assert (again._sections, again.error) == (values, settings.error)
-        if before.get("/ghst.json") == BROKEN:
-            kept = [tmp_path / "ghst.json", tmp_path / "ghst.json.broken"]
-            assert BROKEN in [path.read_bytes() for path in kept if path.exists()]
-    assert len(seen) == 1 + 3 * len(log.writes) > 6
-    # After each whole write: once new, always new.
-    whole = seen[::3]
-    assert whole == sorted(whole, reverse=True)
-    assert (whole[0], whole[-1]) == ("old", "new")
-    final = files_of(board.flash_filesystem())
-    assert json.loads(final.pop("/ghst.json")) == new
-    assert final == ({"/ghst.json.broken": BROKEN} if before.get("/ghst.json") == BROKEN else {})
+    cut_at_each_write(board, log, tmp_path, case)
 
 
 def test_a_cut_file_system_boots_and_goes_on(

@@ -22,6 +22,8 @@ class Effort:
     phases: int
     rate_frames: int
     """At each rate."""
+    power_cases: int
+    """The tests of the firmware's settings have all of them."""
     files: int
     """Of each kind, on the host and on the unix port."""
     board_files: int
@@ -42,6 +44,7 @@ LONG = Effort(
     talks=200,
     phases=200,
     rate_frames=100,
+    power_cases=6,
     files=10_000,
     board_files=300,
     boots=20,
@@ -58,6 +61,7 @@ SHORT = Effort(
     talks=12,
     phases=12,
     rate_frames=8,
+    power_cases=0,
     files=500,
     board_files=6,
     boots=1,

@@ -55,13 +55,11 @@ def campaign(
             rows += found
             for row in found if right else ():
                 console.print(f"  {row.fault}: {row.done}: {row.happened}", markup=False)
-        sections[area.title] = document.Section(
-            area.title,
-            f"{command} {name}",
-            setting.seed,
-            time.monotonic() - started,
-            rows,
-        )
+        seconds = time.monotonic() - started
+        if rows:
+            sections[area.title] = document.Section(
+                area.title, f"{command} {name}", setting.seed, seconds, rows
+            )
     return sections, wrong
 
 
