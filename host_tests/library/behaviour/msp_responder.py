@@ -83,9 +83,13 @@ def handlers_that_fail_or_raise_are_answered_with_an_error():
         reply.u8(1)
         raise KeyError(request.command)
 
+    def divides(request, reply):
+        return 1 // request.size
+
     responder = Responder()
     responder.command(1, refuses)
     responder.command(2, raises)
+    responder.command(3, divides)
     equal(feed_all(responder, payloads(v1(1))), [True])
     equal(chunks_of(responder), [b"\xb0\0\x01\0\0\0"])
     equal((responder.errors, responder.last_error), (1, None))
@@ -93,6 +97,9 @@ def handlers_that_fail_or_raise_are_answered_with_an_error():
     equal(chunks_of(responder), [b"\xb1\0\x02\0\0\0"])
     equal((responder.errors, responder.answered), (2, 0))
     equal(responder.last_error.args, (2,))
+    equal(feed_all(responder, payloads(v1(3))), [True])
+    equal(chunks_of(responder), [b"\xb2\0\x03\0\0\0"])
+    equal((responder.errors, type(responder.last_error)), (3, ZeroDivisionError))
 
 
 def v2_requests_may_ask_for_no_reply():

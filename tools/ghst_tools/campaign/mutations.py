@@ -198,14 +198,14 @@ LIBRARY = (
 CONTROL_PATH = (
     Mutation(
         "pulses of 750 us let through",
-        _INTERRUPTS,
+        "firmware/limits.py",
         "MINIMUM = const(3200)",
         "MINIMUM = const(3000)",
         ("firmware/test_outputs.py", "limits_hold"),
     ),
     Mutation(
         "pulses of 2250 us let through",
-        _INTERRUPTS,
+        "firmware/limits.py",
         "MAXIMUM = const(8800)",
         "MAXIMUM = const(9000)",
         ("firmware/test_outputs.py", "limits_hold"),
