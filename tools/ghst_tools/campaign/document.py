@@ -21,9 +21,10 @@ them is typed by hand.
 
     make campaign                    # all of it, the long form: hours
     ghst campaign line time          # some areas
-    ghst campaign bytes --seed 7     # other bytes
+    ghst campaign --seed 7 bytes     # other bytes
     ghst campaign --short            # a little of each: what the tests run
-    ghst campaign flight --minutes 5
+    ghst campaign --share 0.1 serial # a tenth of the long form
+    ghst campaign --minutes 5 flight # emulated minutes, each takes many of the host's
 
 Everything random comes from the seed that is named with each section, and what runs on the
 emulated chip is in emulated time: the same command gives the same result everywhere. What goes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 SEED = 1
 
@@ -33,6 +33,11 @@ class Effort:
     """Emulated; the emulator runs at a tenth of real time with this load, if that."""
     mutations: int | None
     """How many of those of the library; None: all of all."""
+
+    def share(self, share: float) -> Effort:
+        """A share of each count, of the mutations none but all."""
+        counts = {name: value for name, value in vars(self).items() if value is not None}
+        return replace(self, **{name: max(1, round(share * n)) for name, n in counts.items()})
 
 
 LONG = Effort(

@@ -77,6 +77,12 @@ def write(out: Path, sections: dict[str, document.Section], image: Path) -> None
 @click.command()
 @click.argument("areas", nargs=-1, type=click.Choice(list(AREAS)))
 @click.option("--short", is_flag=True, help="A little of each: to see that it works.")
+@click.option(
+    "--share",
+    type=click.FloatRange(0, 1, min_open=True),
+    default=1.0,
+    help="How much of the long form, such as 0.1; the report says what was done.",
+)
 @click.option("--seed", default=SEED, show_default=True, help="For everything random.")
 @click.option(
     "--minutes",
@@ -96,6 +102,7 @@ def write(out: Path, sections: dict[str, document.Section], image: Path) -> None
 def command(
     areas: tuple[str, ...],
     short: bool,
+    share: float,
     seed: int,
     minutes: float | None,
     out: Path | None,
@@ -106,8 +113,13 @@ def command(
     The long form takes hours. What goes wrong is saved as a case in host_tests/campaign/cases,
     which the tests replay.
     """
+    if short and share != 1.0:
+        raise click.UsageError("--share is of the long form: leave --short out")
     effort = SHORT if short else LONG
     line = "ghst campaign" + (" --short" if short else "")
+    if share != 1.0:
+        effort = effort.share(share)
+        line += f" --share {share:g}"
     if minutes is not None:
         effort = replace(effort, flight_s=max(1, round(60 * minutes)))
         line += f" --minutes {minutes:g}"
