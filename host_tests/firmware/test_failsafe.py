@@ -115,6 +115,10 @@ def test_the_link_comes_back_with_the_next_frame(pico: Pico) -> None:
 
 @pytest.mark.run(options="failsafe={11: -1, 12: 4000}, failsafe_ms=110")
 def test_an_output_leaves_failsafe_with_its_own_channel_only(pico: Pico) -> None:
+    # Channels 9 to 12 have no output: they are emptied all the same.
+    pico.wire.send(ghst.encode.channels(0x31, (2048,) * 4, (128,) * 4), pico.at(1e6))
+    pico.board.run_for(3e6)
+    assert pico.pulses()[8:12] == [6000] * 4
     # Channels 5 to 8 are seconds old when the link comes back with a link data frame.
     lose_the_link(pico)
     pico.board.run_for(150e6)
