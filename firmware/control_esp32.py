@@ -81,7 +81,8 @@ class SoftControl:
         self._running = False
         self._watchdog = None
         self._alive = self._idle = False
-        self._alive_ms = self._free_ms = self._began_ms = time.ticks_ms()
+        self._held_ms = None  # since when the main loop has a frame in hand, as the ticks saw it
+        self._alive_ms = self._began_ms = time.ticks_ms()
         self._timer = machine.Timer(0)
         # RX pulls itself up; the pin is looked at beside it.
         pin = machine.Pin(wire_pin)
@@ -90,7 +91,7 @@ class SoftControl:
     def start(self, *, watchdog=True):
         """Starts both interrupts, and the hardware watchdog that the tick feeds."""
         self._running = True
-        self._alive_ms = self._free_ms = self._began_ms = time.ticks_ms()
+        self._alive_ms = self._began_ms = time.ticks_ms()
         self._link.start()
         if watchdog:
             self._watchdog = machine.WDT(timeout=_WATCHDOG_MS)
@@ -118,7 +119,7 @@ class SoftControl:
                 self.link = LINKED
                 self._outputs.write()
         except Exception:
-            # Outputs that do not take a pulse: all go off with the next tick.
+            # An output that takes no pulse: all go off with the next tick.
             self._dead = True
             raise
 
@@ -129,21 +130,32 @@ class SoftControl:
         # What the UART's interrupt was not called for: the scheduler has room for eight.
         self._link.poll()
         if not self._link.in_hand:
-            self._free_ms = now_ms
-        elif time.ticks_diff(now_ms, self._free_ms) > _BUSY_MS:
+            self._held_ms = None
+        elif self._held_ms is None:
+            self._held_ms = now_ms
+        elif time.ticks_diff(now_ms, self._held_ms) > _BUSY_MS:
             self._dead = True
         if self._dead:
             self.link = FAILSAFE
             self._show_led(now_ms)
             self._outputs.off()
             return
-        # Not while the main loop has a frame in hand: it would go on with what it had.
+        # Not while the main loop has a frame in hand: it would go on with what it had. Nor while
+        # bytes wait for it.
         if (
             self.link == LINKED
             and not self._link.in_hand
             and time.ticks_diff(time.ticks_us(), self._stamp_us) > self._failsafe_us
+            and not self._uart.any()
         ):
             self._lose()
+        if self.link == FAILSAFE and not self._link.in_hand:
+            try:
+                # Each time, lest Ctrl-C has cut the last one short.
+                self._outputs.write()
+            except Exception:
+                self._dead = True
+                raise
         if self._alive:
             self._alive = False
             self._alive_ms = now_ms
@@ -162,7 +174,6 @@ class SoftControl:
         set_word(self._receiver.memory, RF_PROTOCOL, 0)
         self.link = FAILSAFE
         self.failsafes = (self.failsafes + 1) & _COUNTER_MASK
-        self._outputs.write()
 
     def _show_led(self, now_ms):
         idle = time.ticks_diff(now_ms, self._alive_ms) > _STUCK_MS

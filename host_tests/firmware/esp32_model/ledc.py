@@ -21,7 +21,7 @@ class LedcTimer:
             self.bits += 1
         steps = hertz * (1 << self.bits)
         divider = (2 * 256 * _CLOCK_HZ + steps) // (2 * steps)
-        assert 256 < divider <= 0x3FFFF
+        assert 256 <= divider <= 0x3FFFF
         self.step_us = divider / 256 / (_CLOCK_HZ / 1e6)
         self.period_us = self.step_us * (1 << self.bits)
         self._began_us = board.now_us

@@ -74,6 +74,27 @@ def every_pulse_width(tree, machine, chip):
     assert abs(shown[0][1][2] / 2500 - 1) < 0.001
 
 
+def every_frequency(tree, machine, chip):
+    """Every width that there is, at every frequency, is counted to half a step of LEDC."""
+    from esp32_model.ledc import LedcTimer
+
+    bench = Bench(tree, machine, chip)
+    from firmware.ledc import _unit
+
+    for most_bits in (20, 14):
+        for hertz in range(50, 401):
+            timer = LedcTimer(bench.board, hertz, most_bits)
+            unit, shift = _unit(hertz, most_bits)
+            step_us = timer.step_us * (1 << max(0, timer.bits - 16))
+            for pulse in range(3200, 8801, 175):
+                duty = (pulse * 5120 + (unit >> 1)) // unit << shift
+                assert 0 < duty < 65536
+                bits = timer.bits
+                counts = duty << bits - 16 if bits > 16 else duty >> 16 - bits
+                assert abs(counts * timer.step_us - pulse / 4) <= step_us * 0.5001
+            assert abs(timer.period_us * hertz / 1e6 - 1) < 0.002
+
+
 def limits(tree, machine, chip):
     """What is beyond 800..2200 us is not given."""
     pin = _defaults(tree)[0]

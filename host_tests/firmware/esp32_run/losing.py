@@ -218,6 +218,51 @@ def an_output_that_fails(tree, machine, chip):
     assert board.resets == 1 and "restarted by the watchdog" in bench.said
 
 
+def an_output_that_fails_in_failsafe(tree, machine, chip):
+    """The same when the link is lost, and no frame shows it: nothing goes on with its pulse."""
+    bench = _bench(tree, machine, chip, user=SWITCHED_OFF)
+    board = bench.board
+    failures = []
+    board.callback_failed = failures.append
+    bench.fly(400, 602, HIGH, rate_hz=100)
+    shown = _look(bench, 605, 760)
+    bench.run(1900)
+    assert [str(error) for error in failures] == ["PWM inactive"]
+    assert shown == [[1750, 1750, "input", 1750, 1752], [0, 0, "input", 0, 0]], shown
+    assert board.resets == 1
+
+
+def a_collection_with_a_frame_in_hand(tree, machine, chip):
+    """Memory is collected in the middle of a frame: the ticks that have waited then mean nothing.
+
+    Half a second of it, and failsafe after 110 ms: with frames waiting that is no lost link.
+    """
+    bench = _bench(tree, machine, chip)
+    board = bench.board
+    bench.fly(400, 1300, HIGH, rate_hz=250)
+    collected = []
+
+    def collect():
+        # The next duty that is set takes half a second, as if it had been that which allocates.
+        channel = board.pad(PINS[2]).channel
+        set_duty = channel.set
+
+        def slowly(duty):
+            channel.set = set_duty
+            collected.append(board.now_us)
+            board.spend(5e5, collecting=True)
+            set_duty(duty)
+
+        channel.set = slowly
+
+    bench.at(395, collect)
+    shown = _look(bench, 1150, 1290)
+    bench.run(1300)
+    assert len(collected) == 1
+    assert board.resets == 0 and "failsafes 0" in bench.lines("link: ")[-1], bench.said
+    assert shown == [[1750] * 4 + [1752]] * 2, shown
+
+
 def broken_configuration(tree, machine, chip):
     """A configuration that cannot be moves nothing, and says why."""
     for text, reason in (
