@@ -59,9 +59,10 @@ class SoftControl:
         led_active_low=False,
         broken=False,
     ):
-        """`uart`: as `UartLink` has it, RX on GPIO `wire_pin`; takes hardware timers 0 and 1.
+        """`uart`: as `UartLink` has it, RX on GPIO `wire_pin`.
 
-        The rest is as `firmware.control.Control` has it.
+        Takes the hardware timers 0 and 1: the C3 has no others, and 0 is what `UART.IRQ_RXIDLE`
+        of any UART would take. The rest is as `firmware.control.Control` has it.
         """
         self._uart = uart
         self._wire_pin = wire_pin
