@@ -93,7 +93,7 @@ def test_flying_with_another_chip(esp32: Boards, name: str, function: str) -> No
     esp32.run(name, "flying", function)
 
 
-@pytest.mark.parametrize("function", [name for name in cases("losing") if name != "the_led"])
+@pytest.mark.parametrize("function", [name for name in cases("losing") if "the_led" not in name])
 def test_losing(esp32: Boards, function: str) -> None:
     esp32.run("esp32_devkit", "losing", function)
 
@@ -103,5 +103,6 @@ def test_talking(esp32: Boards, function: str) -> None:
     esp32.run("esp32_devkit", "talking", function)
 
 
-def test_the_led(esp32: Boards) -> None:
-    esp32.run("esp32_c3_supermini", "losing", "the_led")
+@pytest.mark.parametrize("function", ["the_led", "the_led_of_a_broken_configuration"])
+def test_the_led(esp32: Boards, function: str) -> None:
+    esp32.run("esp32_c3_supermini", "losing", function)

@@ -288,15 +288,33 @@ def the_led(tree, machine, chip):
     bench.fly(2000, 3500, MIDDLE, rate_hz=50)
     bench.run(5300)
     changes = [(round(t / 1000), what) for t, what in bench.board.pad(8).history]
-    assert changes[:2] == [(0, "input"), (changes[1][0], 1)]
+    assert changes[0] == (0, "input")
+    assert changes[-1][1] == 1, changes  # out when the application is left
     lit = [t for t, what in changes if what == 0]
     dark = [t for t, what in changes if what == 1]
-    # Slow blinking, on, fast blinking.
+    # Slow blinking, to the tick of 10 ms.
     assert 630 <= dark[1] - lit[0] <= 650, changes
-    assert 1990 <= lit[2] <= 2020 or lit[1] >= 1990 or dark[2] > 3500, changes
-    assert [t for t in lit + dark if 2100 < t < 3500] == []
+    # On, from the first tick behind the first frame until failsafe.
+    assert [what for t, what in changes if t <= 2015][-1] == 0, changes
+    assert [t for t in lit + dark if 2015 < t < 3580] == [], changes
+    # Fast blinking.
     fast = [t for t in lit if t > 3700]
-    assert len(fast) >= 8 and all(155 <= b - a <= 170 for a, b in zip(fast, fast[1:])), fast
+    assert len(fast) >= 8, changes
+    assert all([150 <= after - before <= 170 for before, after in zip(fast, fast[1:])]), fast
+
+
+def the_led_of_a_broken_configuration(tree, machine, chip):
+    """Three short flashes, each 1.28 s."""
+    bench = Bench(tree, machine, chip, b"[]")
+    bench.fly(400, 2400, MIDDLE, rate_hz=50)
+    bench.run(2500)
+    lit = [t / 1000 for t, what in bench.board.pad(8).history if what == 0]
+    dark = [t / 1000 for t, what in bench.board.pad(8).history if what == 1][1:]
+    assert len(lit) == len(dark) == 6, (lit, dark)
+    assert all([70 <= end - start <= 90 for start, end in zip(lit, dark)]), (lit, dark)
+    gaps = [after - before for before, after in zip(lit, lit[1:])]
+    for gap, wanted in zip(gaps, (160, 160, 960, 160, 160)):
+        assert wanted - 11 <= gap <= wanted + 11, gaps
 
 
 def stopped_and_started_again(tree, machine, chip):
