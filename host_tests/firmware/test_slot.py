@@ -263,8 +263,10 @@ def test_a_second_talker_in_the_slot_is_a_collision(talking: Pico) -> None:
 
 @forked
 def test_our_echo_is_never_an_uplink_frame(talking: Pico) -> None:
-    # What is heard is a valid control frame for us, in place of the echo: it is not obeyed.
-    forged = ghst.encode.channels(0x30, (48,) * 4, (3,) * 4)
+    # What is heard is a valid control frame for us, in place of the echo: it is not obeyed. Its
+    # last two bytes are those that we send.
+    frames = (ghst.encode.channels(0x30, (48,) * 4, (raw, 3, 3, 0)) for raw in range(256))
+    forged = next(frame for frame in frames if frame[12:] == FIRST[12:])
     before = talking.pulses()
     end = talking.wire.send(link_data(6), talking.at(1e6))
     talking.board.run_for(end + 0.9e6 - talking.board.now_ns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 SEED = 1
 
@@ -22,6 +22,8 @@ class Effort:
     phases: int
     rate_frames: int
     """At each rate."""
+    cpu_faults: tuple[str, ...] | None
+    """None: all, and the resets; the firmware's tests have those."""
     power_cases: int
     """The tests of the firmware's settings have all of them."""
     files: int
@@ -35,9 +37,13 @@ class Effort:
     """How many of those of the library; None: all of all."""
 
     def share(self, share: float) -> Effort:
-        """A share of each count, of the mutations none but all."""
-        counts = {name: value for name, value in vars(self).items() if value is not None}
-        return replace(self, **{name: max(1, round(share * n)) for name, n in counts.items()})
+        """A share of each count; all of what has none."""
+        counts = {
+            name: max(1, round(share * value))
+            for name, value in vars(self).items()
+            if isinstance(value, int)
+        }
+        return Effort(**(vars(self) | counts))
 
 
 LONG = Effort(
@@ -49,6 +55,7 @@ LONG = Effort(
     talks=200,
     phases=200,
     rate_frames=100,
+    cpu_faults=None,
     power_cases=6,
     files=10_000,
     board_files=300,
@@ -66,11 +73,12 @@ SHORT = Effort(
     talks=12,
     phases=12,
     rate_frames=8,
+    cpu_faults=("leave", "fill", "sensor", "msp"),
     power_cases=0,
     files=500,
-    board_files=6,
+    board_files=2,
     boots=1,
-    serial_bytes=4_000,
+    serial_bytes=2_000,
     flight_s=1,
     mutations=3,
 )

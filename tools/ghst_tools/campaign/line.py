@@ -20,7 +20,6 @@ FAILSAFE_LIMIT_NS = 130e6  # two ticks more
 LAST_PULSE_NS = 2.2e6  # it may have begun just before
 _BIT_NS = 1e9 / BAUD
 FRAME_NS = 140 * _BIT_NS
-_TELEMETRY_FRAMES, _COLLISIONS = 22, 23  # words of firmware.interrupts
 _PIO1_IRQ_FORCE = 0x50300034
 
 CENTRE = bytes(ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4))
@@ -133,8 +132,8 @@ def second_talker(pico: Pico, count: int, seed: int) -> str:
         place = f"{data.hex()} {(talk - end) / 1e3:.1f} us behind a frame"
         equal(pico.word(decoder.FRAMES), 2 * index + 2, f"{place}: frames decoded")
         pico.board.run_for(3e6)
-    collisions = pico.control_word(_COLLISIONS)
-    sent = pico.control_word(_TELEMETRY_FRAMES)
+    collisions = pico.control("COLLISIONS")
+    sent = pico.control("TELEMETRY_FRAMES")
     expect(sent > 0 and collisions > 0, f"{sent} frames sent, {collisions} collisions")
     check_outputs(pico)
     no_exception(pico)
@@ -153,7 +152,7 @@ def doubled(pico: Pico, pause_us: float, count: int) -> str:
         ends.append(end)
         pico.board.run_for(end + 3e6 - pico.board.now_ns)
     equal(pico.word(decoder.FRAMES), 2 * count, "frames decoded")
-    equal(pico.control_word(_COLLISIONS), 0, "collisions")
+    equal(pico.control("COLLISIONS"), 0, "collisions")
     starts = [byte.t_ns for byte in pico.wire.decode()][::14]
     equal(len(starts), count, "telemetry frames")
     late = [(start - end) / 1e3 for start, end in zip(starts, ends, strict=True)]
@@ -172,7 +171,7 @@ def echo_missing(pico: Pico, count: int) -> str:
         pico.wire.send(quiet, end + 2e6)
         pico.board.run_for(end + 4e6 - pico.board.now_ns)
         equal(pico.word(decoder.FRAMES), 2 * index + 2, "frames decoded")
-        equal(pico.control_word(_COLLISIONS), index + 1, "collisions")
+        equal(pico.control("COLLISIONS"), index + 1, "collisions")
     return f"{count} collisions counted, all {2 * count} frames of the receiver decoded"
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ghst_tools import boards
 from ghst_tools import filesystem as littlefs
 from ghst_tools.emulator import Board, GhostReceiver, PulseMeter, Wire
 
@@ -58,6 +61,14 @@ class CompareWrite(NamedTuple):
 def steps(pulse: int) -> int:
     """PWM counts for `pulse` quarter microseconds at 50 Hz: a step is 0.3125 us, 4/5 of each."""
     return (8 * pulse + 5) // 10
+
+
+@functools.cache
+def _control_words() -> dict[str, int]:
+    # The module itself needs MicroPython.
+    text = (boards.checkout() / "firmware/interrupts.py").read_text(encoding="utf-8")
+    found = re.findall(r"^([A-Z_]+) = const\((\d+)\)", text, re.MULTILINE)
+    return {name: int(number) for name, number in found}
 
 
 class Pico:
@@ -157,6 +168,10 @@ class Pico:
     def control_word(self, index: int) -> int:
         """A word of the interrupts' array (`firmware.interrupts`)."""
         return self.board.read32(self.control_address + 4 * index)
+
+    def control(self, name: str) -> int:
+        """The word of the interrupts' array that `firmware.interrupts` has under this name."""
+        return self.control_word(_control_words()[name])
 
     def at(self, after_ns: float) -> float:
         """An emulated time from now."""

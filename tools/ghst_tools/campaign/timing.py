@@ -26,7 +26,6 @@ _PERIOD_NS = 4e6
 _SLOWEST_HZ, _FASTEST_HZ = 19.0, 500.0
 _RATES_HZ = (19, 50, 55, 150, 160, 250, 333, 500)
 _TIMER_LOW = 0x40054028
-_FAILSAFES = 25  # word of firmware.interrupts
 _SLICES = 4
 
 
@@ -35,7 +34,7 @@ def loss(pico: Pico, phase: float) -> float:
 
     The link is up again at the end.
     """
-    failsafes = pico.control_word(_FAILSAFES)
+    failsafes = pico.control("FAILSAFES")
     pico.compares.clear()
     # The fourth frame has other channels: those of a frame that was cut must not be seen.
     receiver = pico.fly(lambda index, t: ENDS if index == 3 else CENTRE, 1e9 / _PERIOD_NS)
@@ -50,7 +49,7 @@ def loss(pico: Pico, phase: float) -> float:
     expected = [4000, 8000, 5000, 7000] if whole else [6000] * 4
     equal(pico.pulses()[:4], expected, f"{at}: channels")
     pico.board.run_for(125e6)
-    equal(pico.control_word(_FAILSAFES), failsafes + 1, f"{at}: failsafes")
+    equal(pico.control("FAILSAFES"), failsafes + 1, f"{at}: failsafes")
     writes = [c for c in pico.compares if c.t_ns > last + 1e6]
     equal([c.value for c in writes], [0] * _SLICES, f"{at}: compare writes of failsafe")
     delay = writes[-1].t_ns - last
@@ -84,7 +83,7 @@ def _fly(pico: Pico, periods_ns: list[float]) -> str:
     equal(pico.word(decoder.FRAMES), count, "frames decoded")
     equal(pico.word(decoder.SKIPPED_BYTES), 0, "bytes skipped")
     equal(len(pico.compares), _SLICES * count, "compare writes")
-    equal(pico.control_word(_FAILSAFES), 0, "failsafes")
+    equal(pico.control("FAILSAFES"), 0, "failsafes")
     check_outputs(pico)
     no_exception(pico)
     return f"all {count} frames decoded and written to the outputs; no failsafe"
@@ -112,7 +111,7 @@ def wrap(pico: Pico, bits: int) -> str:
     pico.board.run_for(5e6)
     count = len(receiver.sent)
     equal(len(pico.compares), _SLICES * count, "compare writes")
-    equal(pico.control_word(_FAILSAFES), 0, "failsafes")
+    equal(pico.control("FAILSAFES"), 0, "failsafes")
     last = receiver.sent[-1].end_ns
     pico.board.run_for(140e6)
     delay = pico.compares[-1].t_ns - last
