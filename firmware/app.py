@@ -35,7 +35,7 @@ def _prepare():
     return here, adapter(here)
 
 
-def _forget(*prefixes):
+def forget(*prefixes):
     """Gives the memory of modules back whose names begin so, and which nothing else holds."""
     for name in list(sys.modules):
         if name.startswith(prefixes):
@@ -140,13 +140,13 @@ def main():
         try:
             hello = _hello(here, adapter.control.restarted)
             print(hello)
-            _forget("firmware.configuration", "firmware.parts_")
+            forget("firmware.configuration", "firmware.parts_")
             # The servos follow already: loading the rest takes most of a second.
             from firmware.application import Application
 
             application = Application(here, adapter)
             here = None
-            _forget("firmware.devices", "firmware.json_text", "ghst_board")
+            forget("firmware.devices", "firmware.json_text", "ghst_board")
             gc.collect()
             fault = _add_user(application)
             found = _found(application)

@@ -9,6 +9,7 @@ from firmware.msp import Msp
 from firmware.telemetry import Telemetry
 
 _SETTINGS = "/ghst.json"
+_CONFIG = "config: for the program ghst config"
 _CALIBRATE = "calibrate [cancel]: begin, then end the calibration of the magnetometer"
 
 
@@ -17,10 +18,11 @@ class Application:
 
     `adapter`, `receiver`; `sensors` {name: sensor} and `missing`, lines about those that are left
     out; `state`, the values that MSP answers with; `responder`, to add MSP commands to;
-    `settings`, what is changed while it runs; `on_vtx(kind, application)`, called in the main
-    loop (`firmware.vtx`), or None; `rx5808`, the video receiver module of goggles, or None;
-    `console`, to add commands to (`firmware.console`); `steps`, functions of the time in ms that
-    the main loop calls one after the other in every round: none may take more than 5 ms.
+    `settings`, what is changed while it runs; `problems`, lines about what is wrong with the
+    user's configuration: if there are any, nothing moves; `on_vtx(kind, application)`, called in
+    the main loop (`firmware.vtx`), or None; `rx5808`, the video receiver module of goggles, or
+    None; `console`, to add commands to (`firmware.console`); `steps`, functions of the time in ms
+    that the main loop calls one after the other in every round: none may take more than 5 ms.
     """
 
     def __init__(self, configuration, adapter):
@@ -33,6 +35,7 @@ class Application:
             values[""]["name"],
             configuration.board["chip"],
         )
+        self.problems = configuration.problems
         self.vtx_settings = values["vtx"]
         self.adapter = adapter
         self.receiver = adapter.receiver
@@ -47,12 +50,14 @@ class Application:
                 self.missing.append(f"rx5808: {error}")
         self._settings = None
         self._calibration = None
+        self._config_command = None
         self.msp = Msp(self)
         self.telemetry = Telemetry(adapter, self.sensors, self.msp)
         self.steps = [self._alive]
         self.steps += self.telemetry.steps
         self.steps += [vtx.VtxEvents(self.receiver, self.vtx_event).update, self._poll_settings]
         self.console = Console()
+        self.console.add("config", self._config, _CONFIG)
         if "magnetometer" in self.sensors:
             self.console.add("calibrate", self._calibrate, _CALIBRATE)
         self.steps.append(self._poll_console)
@@ -85,6 +90,13 @@ class Application:
 
             self._calibration = Calibrate(self.sensors["magnetometer"], self.settings)
         self._calibration(arguments)
+
+    def _config(self, arguments):
+        if self._config_command is None:
+            from firmware.config_command import ConfigCommand
+
+            self._config_command = ConfigCommand(self)
+        self._config_command(arguments)
 
     def _poll_console(self, now_ms):
         self.console.update()

@@ -19,6 +19,7 @@ import os
 from firmware.json_text import LARGEST, parse
 
 _ENOSPC = 28
+_PIECE = 256  # bytes that are compared at a time
 
 
 class Settings:
@@ -98,17 +99,29 @@ class Settings:
         """
         if not safe or not (self._requested or self._finish):
             return False
+        return self._tried(self._save_what_was_asked_for)
+
+    def replace(self, data):
+        """Makes `data`, the bytes of a whole file, the file's contents; returns whether it did.
+
+        Only while it is safe, as in `poll`. What was set and not saved is forgotten.
+        """
+        if not self._tried(self._write, data):
+            return False
+        saves = self.saves
+        self.load()
+        self.saves = saves
+        return True
+
+    def _tried(self, save, *arguments):
+        """Returns whether `save` did, after what an earlier one has left to do."""
         finish = self._finish
         self._finish = None
         try:
             if finish:
                 finish()
-            if not self._requested:
+            if not save(*arguments):
                 return False
-            self._requested = False
-            if not self.changed:
-                return False
-            self._save()
         except OSError as error:
             # MicroPython has no name for this one.
             reason = "the flash is full" if error.errno == _ENOSPC else f"OSError {error}"
@@ -122,19 +135,24 @@ class Settings:
         self.error = None
         return True
 
-    def _save(self):
-        data = json.dumps(self._sections).encode()
+    def _save_what_was_asked_for(self):
+        if not self._requested:
+            return False
+        self._requested = False
+        return self.changed and self._write(json.dumps(self._sections).encode())
+
+    def _write(self, data):
         if len(data) > LARGEST:
             raise ValueError(f"{len(data)} bytes, {LARGEST} at most")
         self._finish = self._remove_new
         with open(self._new_path, "wb") as file:
             file.write(data)
-        with open(self._new_path, "rb") as file:
-            if file.read() != data:
-                raise ValueError("it reads back differently")
+        if not _holds(self._new_path, memoryview(data)):
+            raise ValueError("it reads back differently")
         self._finish = self._rename_new
         self._rename_new()
         self._finish = None
+        return True
 
     def _rename_new(self):
         if self._file_is_broken:
@@ -163,6 +181,14 @@ class Settings:
         if not isinstance(sections, dict):
             return None, f"{path} is broken: no JSON object"
         return sections, None
+
+
+def _holds(path, data):
+    with open(path, "rb") as file:
+        for start in range(0, len(data), _PIECE):
+            if file.read(_PIECE) != data[start : start + _PIECE]:
+                return False
+        return not file.read(1)
 
 
 def _exists(path):

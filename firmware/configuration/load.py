@@ -51,21 +51,33 @@ def _line(text):
 
 def load():
     """Returns the `Configuration` of this board; raises `BoardError` with one clear line."""
-    board = _board()
+    here = board()
     problems = []
     tree = {}
     try:
-        with open(FILE) as file:
-            tree = parse(file.read(LARGEST))
-    except OSError:
-        pass  # no file: all is as the board has it
-    except Exception:
-        # Whatever it is that a broken file does to the parser.
-        problems.append(f"{FILE} is broken: no valid JSON")
-    return _configuration(board, tree, problems)
+        tree = _tree(FILE)
+    except (OSError, ValueError) as error:
+        try:
+            # The power failed between the end of a save and its last step, if this one is whole.
+            tree = _tree(FILE + ".new")
+        except (OSError, ValueError):
+            # No file: all is as the board has it.
+            if isinstance(error, ValueError):
+                problems.append(f"{FILE} is broken: no valid JSON")
+    return _configuration(here, tree, problems)
 
 
-def _board():
+def _tree(path):
+    with open(path) as file:
+        try:
+            return parse(file.read(LARGEST))
+        except Exception:
+            # Whatever it is that a broken file does to the parser.
+            raise ValueError from None
+
+
+def board():
+    """Returns the board's description; raises `BoardError` with one clear line."""
     try:
         # Bytes: a broken file need not be text.
         with open(BOARD_FILE, "rb") as file:
@@ -77,11 +89,11 @@ def _board():
             raise BoardError(f"{BOARD_FILE} is missing: flash the board again") from None
         text = DEFINITION
     try:
-        board = parse(str(text, "utf-8"))
+        found = parse(str(text, "utf-8"))
     except Exception:
         # Whatever it is that a broken file does to the parser.
         raise BoardError(f"{BOARD_FILE} is not valid JSON: flash the board again") from None
     for key, kind in (("name", str), ("chip", str), ("functions", dict), ("defaults", dict)):
-        if not isinstance(board, dict) or not isinstance(board.get(key), kind):
+        if not isinstance(found, dict) or not isinstance(found.get(key), kind):
             raise BoardError(f"{BOARD_FILE}: {key} is missing or wrong: flash the board again")
-    return board
+    return found

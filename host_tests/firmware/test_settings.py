@@ -1,10 +1,14 @@
 """Settings in the flash of the emulated chip, with the power failing at every write to it."""
 
+import base64
+import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from firmware.configuration import load
 
 from ghst_tools import boards, filesystem
 from ghst_tools.campaign.power import (
@@ -55,6 +59,86 @@ def test_a_power_cut_at_any_write_leaves_the_old_or_the_new(
     board: Board, log: FlashLog, tmp_path: Path, case: str
 ) -> None:
     cut_at_each_write(board, log, tmp_path, case)
+
+
+PUSHED = b'{\n\t"name" : "Wing",\r\n  "failsafe": {"time_ms": 300}\n}\n\n' + b" " * 700
+FLOWN = b'{"name": "Old wing"}'
+
+
+@pytest.mark.parametrize(
+    ("before", "is_old"),
+    [
+        pytest.param({}, lambda here: here.values[""]["name"] == "", id="first"),
+        pytest.param(
+            {"/ghst.json": FLOWN},
+            lambda here: here.values[""]["name"] == "Old wing",
+            id="change",
+        ),
+        pytest.param(
+            {"/ghst.json": BROKEN},
+            lambda here: here.problems == [f"{load.FILE} is broken: no valid JSON"],
+            id="broken",
+        ),
+        pytest.param(
+            {"/ghst.json": FLOWN, "/ghst.json.new": PUSHED[:20]},
+            lambda here: here.values[""]["name"] == "Old wing",
+            id="left over",
+        ),
+    ],
+)
+def test_a_power_cut_while_a_pushed_file_is_saved_leaves_the_old_or_the_new(
+    board: Board,
+    log: FlashLog,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    before: dict[str, bytes],
+    is_old: Callable[[Any], bool],
+) -> None:
+    put(board, before)
+    log.restart()
+    assert push(board, PUSHED) == {"ghst": "ok", "to": "save", "hash": digest(PUSHED)}
+    monkeypatch.setattr(load, "FILE", str(tmp_path / "ghst.json"))
+    monkeypatch.setattr(load, "BOARD_FILE", str(tmp_path / "board.json"))
+    (tmp_path / "board.json").write_bytes(boards.load("rpi_pico").definition)
+    seen = []
+    for image in log.cuts():
+        files = files_of(image)
+        settings_in(tmp_path, files)
+        # What the board would start with.
+        here = load.load()
+        if here.values["failsafe"]["time_ms"] == 300:
+            assert here.problems == []
+            seen.append("new")
+        else:
+            assert is_old(here)
+            seen.append("old")
+        assert files.get("/ghst.json") in (before.get("/ghst.json"), PUSHED, None)
+    whole = seen[::3]
+    assert whole == sorted(whole, reverse=True)
+    assert (whole[0], whole[-1]) == ("old", "new")
+    kept = {"/ghst.json.broken": BROKEN} if before.get("/ghst.json") == BROKEN else {}
+    assert files_of(board.flash_filesystem()) == {"/ghst.json": PUSHED} | kept
+
+
+def digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def push(board: Board, content: bytes) -> dict[str, Any]:
+    """Have the board take a file as `ghst config push` does; its last answer, without the time."""
+    pieces = [content[at : at + 45] for at in range(0, len(content), 45)]
+    lines = [f"begin {len(content)}"]
+    lines += [f"put {45 * n} {base64.b64encode(data).decode()}" for n, data in enumerate(pieces)]
+    lines += [f"check {digest(content)}", "save"]
+    printed = board.exec(
+        "from firmware.config_command import ConfigCommand\n"
+        "command = ConfigCommand()\n"
+        f"for line in {lines}:\n"
+        "    command(line)\n"
+    )
+    answer = json.loads(printed.splitlines()[-1])
+    answer.pop("ms", None)
+    return dict(answer)
 
 
 def test_a_cut_file_system_boots_and_goes_on(

@@ -40,7 +40,7 @@ def asked(*answers: bytes, ask: Callable[[BoardConsole], object]) -> tuple[objec
     texts: list[str] = []
     with board(*answers) as (line, got), BoardConsole(line.port, texts.append) as console:
         result = ask(console)
-        assert got == [b"\x15status\r"] * len(answers)
+        assert got == [b"\x02\x15status\r"] * len(answers)
     return result, texts
 
 
@@ -60,6 +60,13 @@ def test_what_had_come_before_is_no_answer() -> None:
         while console._line.in_waiting < 43:
             pass
         assert console.ask("status") == {"ghst": "ok", "n": 2}
+
+
+def test_a_late_answer_is_passed_over() -> None:
+    answer = b'{"ghst": "ok", "to": "put 0"}\r\n{"ghst": "error", "to": "put 0"}\r\n'
+    answer += b'{"ghst": "ok", "to": "put 45", "at": 90}\r\n'
+    with board(answer) as (line, _), BoardConsole(line.port) as console:
+        assert console.ask("config put 45 AAAA")["at"] == 90
 
 
 def test_lines_that_come_by_themselves() -> None:

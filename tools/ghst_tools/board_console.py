@@ -27,9 +27,15 @@ from ghst_tools.serial_port import open_port, unplugged
 KIND = "ghst"
 """The key of every answer: "ok", "error", or what the command answers with."""
 
-ANSWER_S = 10.0
+TO = "to"
+"""The key that some answers have: the two words behind the command that they are the answer to."""
+
+ANSWER_S = 20.0
 """How long an answer may take: a board may load modules first, and an emulated one is slow."""
 
+_LEAVE_RAW = (
+    b"\x02"  # Ctrl-B: from the raw REPL, where a program may have left a board, to the prompt
+)
 _DROP_LINE = b"\x15"  # Ctrl-U: here and at MicroPython's prompt, what was typed before is gone
 _PROMPT = b">>> "
 _UNKNOWN = "no command "  # how the application's console begins its answer (firmware/console.py)
@@ -55,6 +61,7 @@ class BoardConsole:
         self.port = port
         self._on_text = on_text
         self._received = b""
+        self._first = _LEAVE_RAW
         self._line: Any = open_port(port)
         self._line.write_timeout = _WRITE_S
 
@@ -81,7 +88,8 @@ class BoardConsole:
     def send(self, line: str) -> None:
         """Type `line`, ASCII without a line feed, and Enter."""
         with unplugged(self.port, _CONNECT_AGAIN):
-            self._line.write(_DROP_LINE + line.encode("ascii") + b"\r")
+            self._line.write(self._first + _DROP_LINE + line.encode("ascii") + b"\r")
+        self._first = b""
 
     def read_line(self, timeout_s: float) -> str | None:
         """The next whole line without its end; None if there is none within `timeout_s`."""
@@ -105,12 +113,14 @@ class BoardConsole:
                 return message
             self._tell(line)
 
-    def ask(self, line: str, kind: str = "ok", timeout_s: float = ANSWER_S) -> dict[str, Any]:
+    def ask(self, line: str, kind: str = "ok", timeout_s: float | None = None) -> dict[str, Any]:
         """Send a command, return its answer of this kind; what came before it is passed over.
 
         Raises `NoApplicationError` at a prompt, `GhstError` with the text of an answer of the
-        kind "error", and if there is no answer within `timeout_s`.
+        kind "error", and if there is no answer within `timeout_s` (default: `ANSWER_S`).
         """
+        timeout_s = ANSWER_S if timeout_s is None else timeout_s
+        asked = " ".join(line.split()[1:3])
         self._drop_waiting()
         self.send(line)
         end = time.monotonic() + timeout_s
@@ -128,6 +138,8 @@ class BoardConsole:
                 if text.startswith(_UNKNOWN):
                     break
                 self._tell(text)
+            elif message.get(TO, asked) != asked:
+                continue  # late: the answer to what was asked before
             elif message[KIND] == "error":
                 raise GhstError(f"{self.port}: {message.get('text', 'the board refuses')}")
             elif message[KIND] == kind:

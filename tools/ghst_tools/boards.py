@@ -18,6 +18,12 @@ def checkout() -> Path:
     return Path(__file__).resolve().parents[2]
 
 
+def resources() -> Path:
+    """Folder with `boards` and `firmware`: the checkout, or what an installed wheel has of it."""
+    root = checkout()
+    return root if (root / "firmware").is_dir() else Path(__file__).parent / "shipped"
+
+
 @dataclass(frozen=True)
 class Pin:
     """One pin that a board brings out, or that has its LED."""
@@ -85,7 +91,7 @@ class Board:
 
 def names(root: Path | None = None) -> list[str]:
     """All boards, sorted."""
-    folder = (root or checkout()) / "boards"
+    folder = (root or resources()) / "boards"
     return sorted(path.parent.name for path in folder.glob("*/board.json"))
 
 
@@ -102,7 +108,7 @@ def load(name: str, root: Path | None = None) -> Board:
     known = names(root)
     if name not in known:
         raise GhstError(f"unknown board {name!r}: known are {', '.join(known) or 'none'}")
-    path = (root or checkout()) / "boards" / name / "board.json"
+    path = (root or resources()) / "boards" / name / "board.json"
     try:
         values = json.loads(path.read_bytes())
         board_check.check(values, name)

@@ -355,6 +355,49 @@ def a_save_finishes_what_was_left_first():
     _in_a_folder(test)
 
 
+def a_whole_file_takes_the_place_of_the_old_one_byte_for_byte():
+    text = b'{ "vtx" : {"power": 3},\n\t"name": "Wing"}\n' + b" " * 600
+
+    def test(path):
+        for before in sample((_OLD, None, _BROKEN[0], text), 2):
+            _put(path, before)
+            settings = _loaded(path)
+            settings.set("vtx", "band", 7)
+            equal(settings.replace(memoryview(text)), True)
+            equal((_get(path), _get(path + ".new")), (text, None))
+            # What was set before and not saved is not in it, and does not come back.
+            equal((settings.changed, settings.error, settings.saves), (False, None, 1))
+            equal(_values(settings), {"vtx": {"power": 3}})
+            settings.request_save()
+            equal(settings.poll(True), False)
+            broken = _BROKEN[0].encode() if before == _BROKEN[0] else None
+            equal(_get(path + ".broken"), broken)
+            # Later changes are changes of the new one.
+            settings.set("vtx", "band", 5)
+            settings.request_save()
+            equal(settings.poll(True), True)
+            _expect(path, {"vtx": {"power": 3, "band": 5}, "name": "Wing"}, broken=broken)
+            _put(path + ".broken", None)
+
+    _in_a_folder(test)
+
+
+def a_file_that_cannot_take_the_place_leaves_the_old_one():
+    def test(path):
+        _put(path, _OLD)
+        settings = _loaded(path)
+        equal(settings.replace(b" " * (LARGEST + 1)), False)
+        assert f"{LARGEST + 1} bytes" in settings.error
+        _expect(path, json.loads(_OLD))
+        equal(_values(settings), json.loads(_OLD))
+
+    _in_a_folder(test)
+    settings = Settings("/no-such-folder/ghst.json")
+    settings.load()
+    equal((settings.replace(b"{}"), settings.saves), (False, 0))
+    assert "/no-such-folder/ghst.json" in settings.error
+
+
 def no_bytes_make_loading_raise():
     def test(path):
         seed = 1

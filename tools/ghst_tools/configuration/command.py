@@ -1,4 +1,4 @@
-"""`ghst config`: checks and shows configurations."""
+"""`ghst config`: what needs no board, and the commands of `reading` and `writing`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ import click
 
 from ghst_tools import boards
 from ghst_tools.configuration.document import document
+from ghst_tools.configuration.reading import diff, dump, get, show
 from ghst_tools.configuration.validator import check, check_file
+from ghst_tools.configuration.writing import pull, push, set_, wizard
+from ghst_tools.files import write_file
 
 DOCUMENT = Path("docs/configuration.md")
 
@@ -19,7 +22,7 @@ _BOARD = click.option("--board", "name", default=boards.DEFAULT_BOARD, show_defa
 
 @click.group()
 def command() -> None:
-    """Check and show what a board is told by its ghst.json."""
+    """Check, show and change what a board is told by its ghst.json."""
 
 
 @command.command("check")
@@ -48,7 +51,9 @@ def defaults_command(name: str) -> None:
 def document_command() -> None:
     """Write docs/configuration.md."""
     path = boards.checkout() / DOCUMENT
-    temporary = path.with_suffix(".new")
-    temporary.write_text(document(), encoding="utf-8")
-    temporary.replace(path)
+    write_file(path, document().encode())
     click.echo(path)
+
+
+for board_command in (show, dump, diff, get, set_, push, pull, wizard):
+    command.add_command(board_command)

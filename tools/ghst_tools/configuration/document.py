@@ -28,19 +28,48 @@ name. With an empty file, or none, the board is as its picture shows.
         "gps": {"enabled": false}
     }
 
-`ghst config check FILE` tells what a board would say to a file, with the line. `mpremote cp
-ghst.json :/ghst.json` puts it on the board, which reads it when it starts. A board with a file
-that cannot be moves nothing, tells the reason on USB, and flashes three times.
+A board with a file that cannot be moves nothing, tells the reason on USB and in `ghst config
+show`, and flashes three times.
+
+| `ghst config` | |
+| --- | --- |
+| `show` | every value in force, with units and defaults marked; the reason if nothing moves |
+| `get KEY`, `set KEY VALUE` | one value, such as `outputs.6.reverse`; the rest of the file stays |
+| `diff [FILE]` | in what the board differs from FILE, or from its defaults |
+| `pull [FILE]`, `push FILE` | the board's file to here, and back, byte for byte |
+| `dump` | the board's file as text, for `ghst config push -`; with `--commands` for a terminal |
+| `wizard [FILE]` | asks step by step what a model needs and writes FILE; no board is needed |
+| `check FILE` | what a board would say to FILE, with the lines; no board is needed |
+| `defaults` | what a board has without a file; no board is needed |
+
+[tools.md](tools.md#config) shows them. They talk to the board on USB, or to the one at `--port` or
+`$GHST_PORT`; a board with a USB-serial bridge (ESP32) has to be named so. An application that runs
+goes on meanwhile: nothing is stopped, and reading, sending and checking a file delay no pulse;
+while the board checks a file, a fifth of a second, telemetry waits. A board that stands at
+MicroPython's prompt is configured as well.
+
+**Before a file is saved** it is checked on this computer and once more on the board. It is written
+beside the old one, read back and renamed: a power cut leaves one of them whole. It is in force
+after a restart, which `--restart` does.
+
+**While the link is up** nothing is written and the board is not restarted: writing the flash stops
+all interrupts, so that the outputs keep their pulses and failsafe is judged late by what the flash
+takes. `--force` does it all the same. On the bench, switch the transmitter off.
+
+**What the board has saved itself is not lost**: `push` refuses to replace a file that is not the
+one that FILE was pulled from or pushed as. `diff FILE` shows the difference, `pull` gets the
+board's, `--force` replaces it and keeps the old one on this computer (in `$GHST_STATE`, or
+`micropython-ghst` in the user's state folder).
 
 MSP and the console write to the same file (settings of the video transmitter, the calibration of
-the magnetometer), only while there is no link, since writing flash stops all interrupts. The new
-file is written beside the old one, read back and renamed: a power cut leaves one of them whole.
+the magnetometer), only while there is no link. What they write has the values of the old file and
+not its spaces and line feeds: until then the file is what was pushed, byte for byte.
 """
 
 
 def document() -> str:
     """The text of the file."""
-    points = firmware_module("points")
+    points = firmware_module("configuration.points")
     parts = [_BEGINNING]
     for section, declared in points.SECTIONS.items():
         parts.append(_table(section or "At the top", declared))

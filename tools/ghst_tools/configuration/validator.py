@@ -12,22 +12,22 @@ from types import ModuleType
 from typing import Any
 
 from ghst_tools import boards
-from ghst_tools.errors import GhstError
+from ghst_tools.files import explained
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\],:]|[^\s{}\[\],:"]+')
 
 
 def firmware_module(name: str) -> ModuleType:
-    """A module of the checkout's `firmware.configuration`."""
-    root = str(boards.checkout())
+    """A module of the firmware, such as "configuration.points"."""
+    root = str(boards.resources())
     if root not in sys.path:
         sys.path.append(root)
-    return importlib.import_module(f"firmware.configuration.{name}")
+    return importlib.import_module(f"firmware.{name}")
 
 
 def check(tree: object, board: boards.Board) -> tuple[Mapping[Any, Any], list[tuple[str, str]]]:
     """What the board makes of a parsed file: values, and (key, text) of each problem."""
-    checker = firmware_module("check")
+    checker = firmware_module("configuration.check")
     values, problems = checker.check(tree, json.loads(board.definition))
     return values, problems
 
@@ -37,23 +37,41 @@ def check_file(path: Path, board: boards.Board) -> list[str]:
 
     `GhstError` if the file cannot be read.
     """
+    with explained(path):
+        content = path.read_bytes()
+    return check_content(content, str(path), board)
+
+
+def check_content(content: bytes, name: str, board: boards.Board) -> list[str]:
+    """A line for each problem of a file's contents, as `check_file`; `name` is what it is called.
+
+    What the board's parser takes and JSON does not have is a problem, too.
+    """
+    largest = firmware_module("json_text").LARGEST
+    if len(content) > largest:
+        return [f"{name}: {len(content)} bytes, must be at most {largest}"]
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8"
-        raise GhstError(f"{path}: {reason}") from error
-    try:
-        tree = json.loads(text, parse_constant=_no_number)
+        tree = parse(content)
     except json.JSONDecodeError as error:
-        return [f"{path}:{error.lineno}: not valid JSON: {error.msg}"]
-    except ValueError as error:
-        return [f"{path}: not valid JSON: {error}"]
-    lines = dict(_keys(text))
+        return [f"{name}:{error.lineno}: not valid JSON: {error.msg}"]
+    except (ValueError, RecursionError) as error:
+        return [f"{name}: not valid JSON: {error}"]
+    lines = dict(_keys(content.decode()))
     _, problems = check(tree, board)
-    return [f"{path}:{_line(lines, key)}: {problem}" for key, problem in problems]
+    return [f"{name}:{_line(lines, key)}: {problem}" for key, problem in problems]
 
 
-def _no_number(name: str) -> None:
+def parse(content: bytes) -> Any:
+    """What JSON text in UTF-8 says; `ValueError` if it is none."""
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ValueError(f"line {line} is not UTF-8") from error
+    return json.loads(text, parse_constant=_no_number)
+
+
+def _no_number(name: str) -> Any:
     raise ValueError(f"{name} is no number")
 
 

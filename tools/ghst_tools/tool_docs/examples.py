@@ -13,17 +13,28 @@ from pathlib import Path
 
 from ghst_tools import boards
 
-_BLOCK = re.compile(r"(^(<!-- measured -->\n)?```console\n)(.*?)(^```$)", re.MULTILINE | re.DOTALL)
+_BLOCK = re.compile(
+    r"(^(<!-- (?:measured|board) -->\n)?```console\n)(.*?)(^```$)", re.MULTILINE | re.DOTALL
+)
+_MEASURED = "<!-- measured -->\n"
+_BOARD = "<!-- board -->\n"
 
 Run = Callable[[str], str]
 
 
-def render(document: str, run: Run) -> str:
-    """`document` with the output of each command as `run` gives it now."""
+def render(document: str, run: Run | None = None, with_board: Run | None = None) -> str:
+    """`document` with the output of each command as `run` gives it now.
+
+    Commands in the blocks marked as a board's are given to `with_board`; what there is nothing to
+    run with is left as it is.
+    """
 
     def block(match: re.Match[str]) -> str:
+        runner = with_board if match[2] == _BOARD else run
+        if runner is None:
+            return match[0]
         commands = [line for line in match[3].splitlines() if line.startswith("$ ")]
-        shown = [f"{command}\n{run(command[2:])}" for command in commands]
+        shown = [f"{command}\n{runner(command[2:])}" for command in commands]
         return match[1] + "\n".join(shown) + match[4]
 
     return _BLOCK.sub(block, document)
@@ -34,7 +45,7 @@ def without_measurements(document: str) -> str:
 
     def block(match: re.Match[str]) -> str:
         lines = match[3].splitlines(keepends=True)
-        if match[2]:
+        if match[2] == _MEASURED:
             lines = [line for line in lines if line.startswith("$ ")]
         return "".join([match[1], *lines, match[4]])
 

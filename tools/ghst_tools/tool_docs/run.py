@@ -19,8 +19,18 @@ _PICTURE = "flight.png"  # what the example of `ghst plot` leaves
 _SHOWN = "docs/img/tools_plot.png"
 
 
-def render(document: str, pictures: Path | None = None) -> str:
-    """`document` with what its examples print now; the plot goes to `pictures`."""
+def render(document: str, pictures: Path | None = None, with_board: bool = False) -> str:
+    """`document` with what its examples print now; the plot goes to `pictures`.
+
+    `with_board`: those of a board, too, on the emulated one.
+    """
+    if with_board:
+        # The emulator takes its time to load.
+        from ghst_tools.tool_docs import board
+
+        with tempfile.TemporaryDirectory() as name, board.emulated(Path(name)) as address:
+            runner = board.runner(address, Path(name))
+            document = examples.render(document, with_board=runner)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shell = examples.Shell(folder)
@@ -44,6 +54,6 @@ def command(record: bool) -> None:
 
         record_wire(root / RECORDING)
     path = root / DOCUMENT
-    text = render(path.read_text(encoding="utf-8"), root / _SHOWN)
+    text = render(path.read_text(encoding="utf-8"), root / _SHOWN, with_board=True)
     write_file(path, text.encode())
     click.echo(path)
