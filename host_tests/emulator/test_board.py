@@ -199,6 +199,19 @@ def test_adc_reads_volts_and_functions_of_time(board: Board):
     assert board.exec("print(b.read_u16())").split() == ["65535"]
 
 
+def test_adc_reads_the_level_of_a_pin_that_nobody_gives_a_voltage(board: Board):
+    out = board.exec("""
+from machine import ADC, mem32
+a, t = ADC(26), ADC(ADC.CORE_TEMP)
+pad = 0x4001C004 + 4 * 26
+for pulls in (0x84, 0x88):
+    mem32[pad] = pulls
+    print(a.read_u16())
+print(round(27 - (t.read_u16() * 3.3 / 65535 - 0.706) / 0.001721))
+""")
+    assert out.split() == ["0", "65535", "27"]
+
+
 def test_the_timer_can_be_moved_across_its_wrap(board: Board):
     board.exec("import time\nt = time.ticks_us()\nm = time.ticks_ms()\nn = time.time_ns()")
     before = board.read32(TIMERAWL)

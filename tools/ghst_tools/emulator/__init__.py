@@ -7,6 +7,7 @@ says there what it is for.
 
 from ghst_tools.emulator.board import Board
 from ghst_tools.emulator.i2c import I2cTarget
+from ghst_tools.emulator.jumper import Jumper
 from ghst_tools.emulator.meters import Pulse, PulseMeter
 from ghst_tools.emulator.receiver import DownlinkFrame, GhostReceiver, SentFrame
 from ghst_tools.emulator.repl import DeviceError
@@ -20,6 +21,7 @@ __all__ = [
     "Edge",
     "GhostReceiver",
     "I2cTarget",
+    "Jumper",
     "Pulse",
     "PulseMeter",
     "SentFrame",

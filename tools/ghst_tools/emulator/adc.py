@@ -8,15 +8,24 @@ from typing import Any
 VREF_VOLTS = 3.3
 _STEPS = 4096
 _CHANNELS = 5  # GPIO 26 to 29 and the temperature sensor
+_FIRST_PIN = 26
+# 27 degrees Celsius (RP2040 datasheet, section 4.9.5).
+_TEMPERATURE_VOLTS = 0.706
+_IN_FROM_PAD = 17  # bit of IO_BANK0's STATUS
 
 Volts = float | Callable[[float], float]
 
 
 class AdcChannel:
-    """One input. A voltage outside 0 to 3.3 V reads as the nearer end of the scale."""
+    """One input. A voltage outside 0 to 3.3 V reads as the nearer end of the scale.
 
-    def __init__(self) -> None:
-        self._volts: Volts = 0.0
+    Until a voltage is put on it, a pin has that of its level: what drives it, or its pull.
+    """
+
+    def __init__(self, gpio: Any) -> None:
+        """`gpio`: rp2040py's pin, None for the temperature sensor."""
+        self._gpio = gpio
+        self._volts: Volts | None = None if gpio else _TEMPERATURE_VOLTS
 
     def set_volts(self, volts: Volts) -> None:
         """Put `volts` on the input: a number, or a function of the emulated time in ns."""
@@ -25,12 +34,15 @@ class AdcChannel:
     def sample(self, t_ns: float) -> int:
         """Convert the voltage at `t_ns` to 12 bits."""
         volts = self._volts(t_ns) if callable(self._volts) else self._volts
+        if volts is None:
+            volts = VREF_VOLTS * (self._gpio.status >> _IN_FROM_PAD & 1)
         return min(max(int(volts / VREF_VOLTS * _STEPS), 0), _STEPS - 1)
 
 
 def install(mcu: Any) -> list[AdcChannel]:
     """Connect channels to the ADC of `mcu` and return them."""
-    channels = [AdcChannel() for _ in range(_CHANNELS)]
+    pins = [mcu.gpio[_FIRST_PIN + number] for number in range(_CHANNELS - 1)]
+    channels = [AdcChannel(gpio) for gpio in [*pins, None]]
     adc, clock = mcu.adc, mcu.clock
     convert = adc.on_adc_read
 

@@ -156,6 +156,11 @@ class Board:
         """What the code started last has printed so far."""
         return self._repl.output.decode(errors="replace").replace("\r\n", "\n")
 
+    @property
+    def done(self) -> bool:
+        """Whether the code started last has ended."""
+        return self._repl.done
+
     def result(self, limit_ns: float = 20e9) -> str:
         """Wait for the code started last; return what it printed.
 

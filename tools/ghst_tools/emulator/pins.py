@@ -6,6 +6,8 @@ pad. Here an input reads the level on the pin, whoever makes it.
 rp2040py 0.3.6 also resets its pads with the input buffer off and 12 mA; the RP2040 resets them
 with the input buffer on and 4 mA (datasheet, section 2.19.6.3), and MicroPython's `StateMachine`
 relies on that.
+
+Pins that a `Jumper` ties are one net: all have the level that any of them makes.
 """
 
 from __future__ import annotations
@@ -28,6 +30,11 @@ _DRIVEN = {GPIOPinState.HIGH: True, GPIOPinState.LOW: False}
 _PULLED = {GPIOPinState.INPUT_PULL_UP: True, GPIOPinState.INPUT_PULL_DOWN: False}
 
 
+def _first(wins: bool, levels: list[bool | None]) -> bool | None:
+    """The level that wins, if it is there; else the other, if it is."""
+    return wins if wins in levels else (not wins) if (not wins) in levels else None
+
+
 class Pin:
     """One pin. Levels are True (high), False (low) or None (nobody decides)."""
 
@@ -40,6 +47,8 @@ class Pin:
         self._host: bool | None = None
         self._tied: bool | None = None
         self._external_pull: bool | None = None
+        self._short: bool | None = None
+        self._net: tuple[Pin, ...] = (self,)
         self._driven = False
         self._level: bool | None = None
         self._pad_watchers: tuple[PadWatcher, ...] = ()
@@ -55,7 +64,11 @@ class Pin:
 
     @property
     def device(self) -> bool | None:
-        """What the chip drives; None: its output is off."""
+        """What the chip drives, on this pin or one in its net; None: its output is off."""
+        return _first(False, [pin._pad for pin in self._net])
+
+    @property
+    def _pad(self) -> bool | None:
         level = _DRIVEN.get(self._state)
         return self._tied if level is None else level
 
@@ -80,6 +93,21 @@ class Pin:
         """Put a resistor outside the chip to high or low, or take it away with None."""
         self._external_pull = level
         self._resolve("host")
+
+    def short(self, level: bool | None) -> None:
+        """Short the pin to ground (False) or 3.3 V (True), or mend it with None."""
+        self._short = level
+        self._resolve("host")
+
+    def join(self, net: tuple[Pin, ...]) -> None:
+        """Be one net with these pins, this one among them; for `Jumper`."""
+        before = self.device
+        self._net = net
+        self._resolve("device")
+        if self.device is not before:
+            now = self._clock.nanos
+            for watcher in self._pad_watchers:
+                watcher(now, self.device)
 
     def watch(self, watcher: PadWatcher) -> Callable[[], None]:
         """Call `watcher(t_ns, level)` whenever what the chip drives changes.
@@ -121,20 +149,34 @@ class Pin:
         self._resolve("device")
         if level is not before:
             now = self._clock.nanos
-            for watcher in self._pad_watchers:
-                watcher(now, level)
+            for pin in self._net:
+                for watcher in pin._pad_watchers:
+                    watcher(now, level)
 
     def _resolve(self, cause: Cause) -> None:
-        level = self.device
-        if level is None:
-            level = self._host
-        elif self._host is False:
-            level = False  # where two drive against each other the one that pulls low wins
-        if level is None:
-            level = self._external_pull
+        """Work out the level of the net, and give it to each of its pins."""
+        net = self._net
+        level = self._decided()
         driven = level is not None
         if level is None:
-            level = _PULLED.get(self._state)
+            level = _first(True, [_PULLED.get(pin._state) for pin in net])
+            # rp2040py knows the pull of a pin, not the one at the other end of a jumper.
+            driven = level is not None and len(net) > 1
+        for pin in net:
+            pin._take(level, driven, cause)
+
+    def _decided(self) -> bool | None:
+        """What is on the net but for the pulls in the chip."""
+        net = self._net
+        short = _first(False, [pin._short for pin in net])
+        if short is not None:
+            return short
+        device, host = self.device, _first(False, [pin._host for pin in net])
+        if device is None or host is False:
+            device = host  # where two drive against each other the one that pulls low wins
+        return device if device is not None else _first(True, [pin._external_pull for pin in net])
+
+    def _take(self, level: bool | None, driven: bool, cause: Cause) -> None:
         if level is self._level and driven is self._driven:
             return
         changed = level is not self._level
