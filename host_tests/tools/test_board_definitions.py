@@ -145,6 +145,23 @@ def test_the_defaults_ask_of_a_pin_only_what_it_can(name: str) -> None:
         assert board.defaults["i2c"]["bus"] in (0, 1)
 
 
+@pytest.mark.parametrize("name", RP2)
+def test_the_self_test_takes_a_pin_that_is_free_or_the_gps_s(name: str) -> None:
+    board = boards.load(name)
+    pin = board.selftest_pin
+    assert pin is not None
+    gps = {board.defaults["gps"]["tx_pin"], board.defaults["gps"]["rx_pin"]}
+    assert pin not in {gpio for gpio, _ in uses(board)} - gps
+    assert "gpio" in board.pins[pin].functions
+    # Only the XIAO has no other.
+    assert (pin in gps) is (name == "seeed_xiao_rp2040")
+
+
+@pytest.mark.parametrize("name", ESP32)
+def test_without_pio_there_is_no_self_test(name: str) -> None:
+    assert boards.load(name).selftest_pin is None
+
+
 @pytest.mark.parametrize("name", ALL)
 def test_the_wiring_is_that_of_the_defaults(name: str) -> None:
     board = boards.load(name)

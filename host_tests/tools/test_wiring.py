@@ -13,9 +13,12 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
 from ghst_tools import boards, wiring
+from ghst_tools.chips import CHIPS
+from ghst_tools.selftest_picture import SelftestPicture
 from ghst_tools.wiring_picture import WiringPicture
 
 ALL = boards.names()
+RP2 = [name for name in ALL if CHIPS[boards.load(name).chip].is_rp2]
 MADE = wiring.documents()
 NAMESPACE = "{http://www.w3.org/2000/svg}"
 
@@ -79,14 +82,16 @@ def test_what_is_committed_is_what_is_made(path: str) -> None:
 def test_no_picture_is_left_of_a_board_that_is_gone() -> None:
     pictures = (boards.checkout() / "docs/img").glob("wiring_*.svg")
     assert sorted(path.name for path in pictures) == [f"wiring_{name}.svg" for name in ALL]
+    pictures = (boards.checkout() / "docs/img").glob("selftest_*.svg")
+    assert sorted(path.name for path in pictures) == [f"selftest_{name}.svg" for name in RP2]
 
 
-@pytest.mark.parametrize("name", ALL)
-def test_nothing_lies_on_a_text(name: str) -> None:
-    root = ElementTree.fromstring(MADE[wiring.picture_path(name)])
+@pytest.mark.parametrize("path", [path for path in MADE if path.endswith(".svg")])
+def test_nothing_lies_on_a_text(path: str) -> None:
+    root = ElementTree.fromstring(MADE[path])
     width, height = map(int, root.get("viewBox", "").split()[2:])
     texts = [text_box(element) for element in root.iter(f"{NAMESPACE}text")]
-    assert len(texts) > 30
+    assert len(texts) > 25
     for one, other in combinations(texts, 2):
         assert not one.overlaps(other), (one, other)
     for text in texts:
@@ -132,12 +137,33 @@ def test_each_pin_of_the_defaults_is_in_the_picture(name: str) -> None:
     assert [text for text in all_texts if (text or "").startswith("channel")] == channels
 
 
+@pytest.mark.parametrize("name", RP2)
+def test_the_picture_of_the_self_test_has_each_of_its_pins(name: str) -> None:
+    board = boards.load(name)
+    root = ElementTree.fromstring(SelftestPicture(board).draw())
+    assert board.selftest_pin is not None
+    pins = [board.defaults["wire"]["pin"], board.selftest_pin]
+    pins += [board.defaults["i2c"]["sda_pin"], board.defaults["i2c"]["scl_pin"]]
+    pins += [int(gpio) for gpio in board.defaults["outputs"]]
+    pins.append(board.defaults["battery"]["voltage_pin"])
+    bold = [e.text for e in root.iter(f"{NAMESPACE}text") if e.get("font-weight")]
+    shown = [text for text in bold if text not in ("jumper", "I2C sensors")]
+    assert shown[0] == f"Self-test of the {board.title}"
+    assert shown[1:] == [board.label(pin) for pin in pins]
+    # One line has two ends at the board: the jumper, from the first pin to the second.
+    jumper = [e.get("d") for e in root.iter(f"{NAMESPACE}path") if " V" in (e.get("d") or "")]
+    assert jumper == ["M330 150 H260 V210 H330"]
+
+
 def test_the_command_writes_one_or_all(tmp_path: Path) -> None:
     root = small_checkout.make(tmp_path)
     run = CliRunner().invoke
     result = run(wiring.command, ["--board", "rpi_pico2", "--tree", str(root)])
     assert result.exit_code == 0, result.output
-    assert result.output == f"{root}/docs/img/wiring_rpi_pico2.svg\n"
+    assert result.output.splitlines() == [
+        f"{root}/docs/img/wiring_rpi_pico2.svg",
+        f"{root}/docs/img/selftest_rpi_pico2.svg",
+    ]
     result = run(wiring.command, ["--all", "--tree", str(root)])
     assert result.exit_code == 0, result.output
     made = [str(path.relative_to(root)) for path in (root / "docs").rglob("*.*")]

@@ -25,6 +25,7 @@ _FORM: dict[str, Any] = {
     "defaults": dict,
     "wiring": list,
     "outputs_hardware": {"kind": str, "channels": int, "timers": int},
+    "?selftest": {"receiver_pin": int},
 }
 _PIN: dict[str, Any] = {"label": str, "functions": list, "?note": str}
 _ROW: dict[str, Any] = {"from": str, "to": str, "?part": str, "?optional": bool, "?note": str}
@@ -44,7 +45,7 @@ def check(values: Any, name: str) -> None:
     for key, value in asdict(chip.outputs).items():
         _is(f"outputs_hardware.{key}", values["outputs_hardware"][key], value)
     _pins(values["pins"], chip)
-    _defaults(values["defaults"], values["pins"])
+    _selftest(values, _defaults(values["defaults"], values["pins"]), chip)
     labels = {pin["label"] for pin in values["pins"].values()}
     sources: list[str] = []
     for number, row in enumerate(values["wiring"]):
@@ -119,8 +120,11 @@ def _functions(where: str, gpio: int, listed: list[str], chip: Chip) -> None:
         raise GhstError(f"{where}: must have {', '.join([*kinds, *sorted(able)])}")
 
 
-def _defaults(defaults: Mapping[str, Any], pins: Mapping[str, Any]) -> None:
-    """Two levels of sections; each pin exists and is used once. The rest is the validator's."""
+def _defaults(defaults: Mapping[str, Any], pins: Mapping[str, Any]) -> dict[str, str]:
+    """Two levels of sections; each pin exists and is used once. The rest is the validator's.
+
+    Returns for each GPIO that is used by what.
+    """
     used: dict[str, str] = {}
 
     def claim(where: str, pin: Any) -> None:
@@ -143,3 +147,24 @@ def _defaults(defaults: Mapping[str, Any], pins: Mapping[str, Any]) -> None:
     for key in ("wire", "outputs"):
         if key not in defaults:
             raise GhstError(f"the key 'defaults.{key}' is missing")
+    return used
+
+
+def _selftest(values: Mapping[str, Any], used: Mapping[str, str], chip: Chip) -> None:
+    """The pin that plays the receiver is free, or that of a GPS, which can be taken off."""
+    if "selftest" not in values:
+        if chip.is_rp2:
+            raise GhstError("the key 'selftest' is missing")
+        return
+    if not chip.is_rp2:
+        raise GhstError(f"selftest: the {chip.name} has no PIO")
+    for key in ("battery", "i2c"):
+        if key not in values["defaults"]:
+            raise GhstError(f"selftest: the key 'defaults.{key}' is missing")
+    where = "selftest.receiver_pin"
+    pin = str(values["selftest"]["receiver_pin"])
+    if "gpio" not in values["pins"].get(pin, {"functions": []})["functions"]:
+        raise GhstError(f"{where}: GPIO {pin} cannot be driven and read")
+    by = used.get(pin, "")
+    if by and not by.startswith("defaults.gps."):
+        raise GhstError(f"{where}: GPIO {pin} is used by {by} already")

@@ -72,6 +72,8 @@ class Board:
     defaults: Mapping[str, Any]
     """The configuration of a board whose user has written none, in the form of `ghst.json`."""
     wiring: tuple[Connection, ...]
+    selftest_pin: int | None
+    """The pin that plays the receiver in the self-test, on boards that have one."""
     definition: bytes
     """`/board.json` as the board gets it: see `board_file.device_file`."""
 
@@ -142,5 +144,6 @@ def load(name: str, root: Path | None = None) -> Board:
             )
             for row in values["wiring"]
         ),
+        selftest_pin=values.get("selftest", {}).get("receiver_pin"),
         definition=board_file.device_file(values),
     )

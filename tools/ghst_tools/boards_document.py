@@ -98,6 +98,8 @@ def _section(board: Board) -> str:
         if gpio not in used and pin.functions != ("led",)
     ]
     parts.append(f"Free: {', '.join(free)}." if free else "No pin is free.")
+    if board.selftest_pin is not None:
+        parts.append(_selftest(board))
     notes: dict[str, list[str]] = defaultdict(list)
     for pin in board.pins.values():
         if pin.note:
@@ -105,6 +107,12 @@ def _section(board: Board) -> str:
     if notes:
         parts.append("\n".join(f"- {', '.join(of)}: {note}." for note, of in notes.items()))
     return "\n\n".join(parts) + "\n"
+
+
+def _selftest(board: Board) -> str:
+    wire, pin = board.label(board.defaults["wire"]["pin"]), board.label(board.selftest_pin or 0)
+    picture = f"[the picture](img/selftest_{board.name}.svg)"
+    return f"Self-test (`make selftest`): a jumper from {wire} to {pin}, see {picture}."
 
 
 def _part(part: str, optional: bool) -> str:

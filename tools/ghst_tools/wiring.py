@@ -1,11 +1,13 @@
-"""Draws the wiring of the boards and writes docs/boards.md: `ghst wiring`."""
+"""Draws wiring and self-test of the boards and writes docs/boards.md: `ghst wiring`."""
 
 from pathlib import Path
 
 import click
 
-from ghst_tools import boards, boards_document
+from ghst_tools import boards, boards_document, selftest_picture
+from ghst_tools.boards import Board
 from ghst_tools.filesystem import write_file
+from ghst_tools.selftest_picture import SelftestPicture
 from ghst_tools.wiring_picture import WiringPicture
 
 DOCUMENT = "docs/boards.md"
@@ -16,10 +18,20 @@ def picture_path(name: str) -> str:
     return f"docs/img/wiring_{name}.svg"
 
 
+def pictures(board: Board) -> dict[str, bytes]:
+    """The pictures of one board: path below the checkout -> content."""
+    made = {picture_path(board.name): WiringPicture(board).draw()}
+    if board.selftest_pin is not None:
+        made[selftest_picture.picture_path(board.name)] = SelftestPicture(board).draw()
+    return made
+
+
 def documents(root: Path | None = None) -> dict[str, bytes]:
     """Everything that is made of the boards' files: path below the checkout -> content."""
     all_boards = list(boards.load_all(root))
-    made = {picture_path(board.name): WiringPicture(board).draw() for board in all_boards}
+    made: dict[str, bytes] = {}
+    for board in all_boards:
+        made |= pictures(board)
     made[DOCUMENT] = boards_document.document(all_boards).encode()
     return made
 
@@ -31,14 +43,11 @@ def documents(root: Path | None = None) -> dict[str, bytes]:
     "--tree", type=click.Path(path_type=Path, file_okay=False), help="Checkout to write to."
 )
 def command(board: str | None, every: bool, tree: Path | None) -> None:
-    """Draw the wiring of the boards and write docs/boards.md, from boards/*/board.json."""
+    """Draw wiring and self-test of the boards, write docs/boards.md, from boards/*/board.json."""
     if board and every:
         raise click.UsageError("--board and --all exclude each other")
     root = tree or boards.checkout()
-    if board:
-        made = {picture_path(board): WiringPicture(boards.load(board, root)).draw()}
-    else:
-        made = documents(root)
+    made = pictures(boards.load(board, root)) if board else documents(root)
     for path, content in made.items():
         write_file(root / path, content)
         click.echo(root / path)
