@@ -13,7 +13,7 @@ PYTHON_IN_VENV := .venv/bin/python
 GHST := .venv/bin/ghst
 
 .DEFAULT_GOAL := help
-.PHONY: help demo bench campaign mutation test lint micropython image firmware flash sigrok .venv clean
+.PHONY: help demo bench campaign mutation test lint micropython image firmware flash selftest sigrok .venv clean
 
 help: ## This list
 	@sed -n 's/^\([a-z][a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -50,6 +50,9 @@ firmware: $(VENV) ## Build an image with the firmware in it [BOARD=rpi_pico] [MI
 
 flash: $(VENV) ## Put the firmware on a board [BOARD=rpi_pico] [PORT=/dev/ttyACM0]
 	@$(GHST) flash --board $(BOARD) $(if $(PORT),--port $(PORT))
+
+selftest: $(VENV) ## Have a board test itself, with one jumper [BOARD=rpi_pico] [PORT=/dev/ttyACM0]
+	@$(GHST) selftest --board $(BOARD) $(if $(PORT),--port $(PORT)) $(if $(YES),--yes)
 
 sigrok: ## Install the GHST decoder for PulseView and sigrok-cli [DECODERS=...]
 	@mkdir -p "$(DECODERS)/ghst"

@@ -18,6 +18,7 @@ COMMANDS = {
     "image": ("ghst_tools.filesystem", "Write a board's file-system image."),
     "firmware": ("ghst_tools.frozen", "Build MicroPython with the firmware in it."),
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
+    "selftest": ("ghst_tools.selftest.run", "Have a board test itself, with one jumper."),
     "config": ("ghst_tools.configuration.command", "Check and show a board's configuration."),
     "decode": ("ghst_tools.decode", "Show the frames of a recording, one line each."),
     "sniff": ("ghst_tools.sniff.run", "Listen on the wire: frames, timing, a log."),

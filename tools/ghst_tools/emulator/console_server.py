@@ -17,6 +17,7 @@ import click
 
 from ghst_tools import boards, filesystem, micropython_image
 from ghst_tools.emulator.board import Board
+from ghst_tools.emulator.jumper import Jumper
 from ghst_tools.emulator.meters import PulseMeter
 from ghst_tools.emulator.tcp_port import TcpPort, attend
 from ghst_tools.emulator.wire import Wire
@@ -91,8 +92,14 @@ class ConsoleServer:
     type=click.IntRange(0, 65535),
     help="Put the Ghost wire on this TCP port, too; 0: a free one.",
 )
+@click.option("--selftest", is_flag=True, help="Tie the pins as ghst selftest needs it.")
 def command(
-    name: str, tcp_port: int, image: Path | None, empty: bool, wire_port: int | None
+    name: str,
+    tcp_port: int,
+    image: Path | None,
+    empty: bool,
+    wire_port: int | None,
+    selftest: bool,
 ) -> None:
     """Run the emulated board with its console on a TCP port, until Ctrl-C.
 
@@ -110,6 +117,8 @@ def command(
     if image is None and not empty:
         image = filesystem.write(name)
     board = Board(micropython, image)
+    if selftest and definition.selftest_pin is not None:
+        Jumper(board, definition.defaults["wire"]["pin"], definition.selftest_pin)
     wire = None
     if wire_port is not None:
         defaults = json.loads(definition.definition)["defaults"]
