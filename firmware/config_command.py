@@ -32,7 +32,6 @@ _SHOWN = 20  # problems in an answer
 # What makes a list of the file, as firmware.json_text reads it.
 _BEFORE = b"["
 _AFTER = b", 1]"
-_LINK_IS_UP = "the link is up"
 
 
 class ConfigCommand:
@@ -206,7 +205,7 @@ class ConfigCommand:
         if force not in (None, "force"):
             raise ValueError(f"{force} is unknown, there is force")
         if force is None and self._application and self._application.adapter.link == "linked":
-            raise ValueError(_LINK_IS_UP)
+            raise ValueError("the link is up")
 
 
 def _digest():

@@ -9,6 +9,7 @@ import select
 import sys
 
 _LONGEST = 80
+_AT_ONCE = 32  # bytes: a tenth of a millisecond each
 _BACKSPACE = b"\x08\x7f"
 _DROP_LINE = b"\x15"  # Ctrl-U, as at the prompt: programs begin with it
 
@@ -32,8 +33,8 @@ class Console:
         self._commands[name] = (function, help_line)
 
     def update(self):
-        """Reads what has been typed, a line at most, and answers it."""
-        for _ in range(_LONGEST):
+        """Reads some of what has been typed, a line at most, and answers it."""
+        for _ in range(_AT_ONCE):
             if not ready(self._input):
                 return
             # Bytes: a text read would wait for the rest of a character.

@@ -108,3 +108,16 @@ def test_each_file_is_known_by_its_board_and_its_path(
     (tmp_path / "state" / "boards.json").write_text('{"a": [')
     assert known_files.remembered("a", "-") is None
     assert known_files.keep("a", "1234", b"{}").read_bytes() == b"{}"
+
+
+def test_where_nothing_can_be_noted_it_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("GHST_STATE", str(tmp_path / "file"))
+    known_files.remember("a", "ghst.json", "1234")
+    assert capsys.readouterr().err.endswith(": not noted what ghst.json is\n")
+    assert known_files.remembered("a", "ghst.json") is None
+    # What is about to be replaced has to be kept first.
+    with pytest.raises(GhstError):
+        known_files.keep("a", "1234", b"{}")

@@ -11,6 +11,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+import click
+
 from ghst_tools.files import explained, write_file
 
 STATE_VARIABLE = "GHST_STATE"
@@ -26,12 +28,17 @@ def state_folder() -> Path:
 
 
 def remember(board_id: str, file: str, digest: str | None) -> None:
-    """Note that `file` is what was on the board when its own had this hash (None: no file)."""
+    """Note that `file` is what was on the board when its own had this hash (None: no file).
+
+    Where that cannot be noted it is told, and `file` stays unknown: it replaces nothing unseen.
+    """
     everything = _load()
     everything.setdefault(board_id, {})[_name(file)] = digest
     path = _path()
-    with explained(path):
+    try:
         write_file(path, (json.dumps(everything, indent=1) + "\n").encode())
+    except OSError as error:
+        click.echo(f"{path}: {error.strerror}: not noted what {file} is", err=True)
 
 
 def remembered(board_id: str, file: str) -> str | None:

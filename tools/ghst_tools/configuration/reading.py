@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from ghst import __version__  # type: ignore[import-not-found]
 from ghst_tools import boards
 from ghst_tools.configuration import keys, known_files
 from ghst_tools.configuration.on_board import (
@@ -45,6 +46,8 @@ def show(port: str | None) -> None:
     definition = boards.load(state.board)
     link = f"link {state.link}" if state.link else "the application does not run"
     click.echo(f"{state.board} at {port}, micropython-ghst {state.version}, {link}")
+    if state.version != __version__:
+        click.echo(f"This program is of {__version__}: what it says of defaults may differ.")
     if content is None:
         click.echo(f"no {FILE}: all is as the board has it")
     else:
