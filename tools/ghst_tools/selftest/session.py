@@ -23,7 +23,7 @@ HELLO_TIMEOUT_S = 30.0
 
 # Of silence: no step takes a second on a board, and the emulated one is slower by far.
 _TIMEOUT_S = 120.0
-_TELL_S = 10.0
+_LAST_LINE = "main loop: stood still"  # of what the firmware says to Enter
 
 
 class Session(Protocol):
@@ -92,15 +92,19 @@ class BoardSession:
         return text
 
     def _told(self) -> str:
-        """What the firmware says when Enter is pressed, as far as `RESTARTED`."""
+        """What the firmware says when Enter is pressed, as far as `RESTARTED`.
+
+        It answers when it has loaded its sensors.
+        """
         lines: list[str] = []
-        end = time.monotonic() + _TELL_S
+        end = time.monotonic() + HELLO_TIMEOUT_S
         with BoardConsole(self.port) as console:
             console.send("")
             while RESTARTED not in lines and time.monotonic() < end:
                 line = console.read_line(end - time.monotonic())
-                if line is not None:
-                    lines.append(line)
+                if line is None or line.startswith(_LAST_LINE):
+                    break
+                lines.append(line)
         return "\n".join(lines)
 
     def restart(self) -> str:
