@@ -2,6 +2,7 @@
 
 import sys
 
+import firmware
 from firmware.limits import FAILSAFE, LINKED, SEARCHING
 
 LINK_NAMES = ("searching", "linked", "failsafe")
@@ -11,10 +12,6 @@ MAXIMUM_FAILSAFE_MS = 10_000
 # Slower, the echo of our telemetry would reach into the next frame's time.
 MINIMUM_BAUD_RATE = 350_000
 MAXIMUM_BAUD_RATE = 500_000
-
-# The adapter that has the hardware: interrupts and DMA know its memory by address alone, and only
-# this keeps it from the garbage collector.
-_running = None
 
 __all__ = ("FAILSAFE", "LINKED", "LINK_NAMES", "SEARCHING", "Adapter")
 
@@ -64,7 +61,7 @@ class Adapter:
         the configuration is. Raises `ValueError` for what cannot be, and while another adapter
         runs.
         """
-        if _running:
+        if firmware.running:
             raise ValueError("an adapter is running: stop it first")
         if not MINIMUM_FAILSAFE_MS <= failsafe_ms <= MAXIMUM_FAILSAFE_MS:
             raise ValueError(f"failsafe_ms is {failsafe_ms}, must be 110..10000")
@@ -98,20 +95,18 @@ class Adapter:
 
     def start(self, *, watchdog=True):
         """Begins to receive. `watchdog`: whether the chip is reset when the control path stops."""
-        global _running
         if self._started:
             raise ValueError("an adapter is started once: make a new one")
         self._started = True
-        _running = self
+        firmware.running = self
         self.control.start(watchdog=watchdog)
 
     def stop(self):
         """Makes the pins quiet and gives all hardware back; may be called again."""
-        global _running
-        if _running is self:
+        if firmware.running is self:
             self.control.stop()
             self.outputs.stop()
-            _running = None
+            firmware.running = None
 
     def poll(self):
         """Says that the main loop is alive; returns `SEARCHING`, `LINKED` or `FAILSAFE`."""

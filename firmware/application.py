@@ -1,32 +1,40 @@
-"""`Application`: an adapter with sensors, telemetry, MSP and video settings around it."""
+"""`Application`: an adapter with sensors, telemetry, MSP and video settings around it.
+
+What not every flight needs is loaded when it is used, and what is used once is forgotten again.
+"""
 
 import os
+import select
+import sys
 
 from firmware import vtx
-from firmware.adapter import LINKED
-from firmware.console import Console
-from firmware.msp import Msp
-from firmware.telemetry import Telemetry
+from firmware.limits import LINKED
+from firmware.forget import erase
+from firmware.report import Reporter, ready
+from firmware.search import Search
 
 _SETTINGS = "/ghst.json"
-_CONFIG = "config: for the program ghst config"
 _CALIBRATE = "calibrate [cancel]: begin, then end the calibration of the magnetometer"
 
 
 class Application:
     """What runs on a board, for `/user.py` to add to.
 
-    `adapter`, `receiver`; `sensors` {name: sensor} and `missing`, lines about those that are left
-    out; `state`, the values that MSP answers with; `responder`, to add MSP commands to;
-    `settings`, what is changed while it runs; `problems`, lines about what is wrong with the
-    user's configuration: if there are any, nothing moves; `on_vtx(kind, application)`, called in
-    the main loop (`firmware.vtx`), or None; `rx5808`, the video receiver module of goggles, or
-    None; `console`, to add commands to (`firmware.console`); `steps`, functions of the time in ms
-    that the main loop calls one after the other in every round: none may take more than 5 ms.
+    `adapter`, `receiver`; `sensors` {name: sensor}, each from the moment on in which there is
+    something to measure, and `missing`, lines about those that are left out; `state`, the values
+    that MSP answers with; `responder`, to add MSP commands to; `settings`, what is changed while
+    it runs; `on_vtx(kind, application)`, called in the main loop (`firmware.vtx`), or None;
+    `rx5808`, the video receiver module of goggles, or None; `console`, to add commands to
+    (`firmware.console`); `faults`, how many exceptions the main loop has survived; `steps`,
+    functions of the time in ms that the main loop calls one after the other in every round: none
+    may take more than 5 ms.
     """
 
-    def __init__(self, configuration, adapter):
-        """`configuration`: from `load`, and not kept; `adapter`: made of it, running or not."""
+    def __init__(self, configuration, adapter, hello):
+        """`configuration`: from `load`, and not kept; `adapter`: made of it, running or not.
+
+        `hello`: what is running here, for the console.
+        """
         from firmware import devices
 
         values = configuration.values
@@ -35,12 +43,14 @@ class Application:
             values[""]["name"],
             configuration.board["chip"],
         )
-        self.problems = configuration.problems
         self.vtx_settings = values["vtx"]
         self.adapter = adapter
         self.receiver = adapter.receiver
-        self.sensors, self.missing = devices.sensors(values)
+        self.sensors = {}
+        waiting, self.missing = devices.waiting(values)
+        self.search = Search(waiting)
         self.cycle_time_us = 0
+        self.faults = 0
         self.on_vtx = None
         self.rx5808 = None
         if values[""]["role"] == "goggles":
@@ -48,19 +58,12 @@ class Application:
                 self.rx5808 = devices.video_receiver(values)
             except ImportError as error:
                 self.missing.append(f"rx5808: {error}")
-        self._settings = None
-        self._calibration = None
-        self._config_command = None
-        self.msp = Msp(self)
-        self.telemetry = Telemetry(adapter, self.sensors, self.msp)
-        self.steps = [self._alive]
-        self.steps += self.telemetry.steps
-        self.steps += [vtx.VtxEvents(self.receiver, self.vtx_event).update, self._poll_settings]
-        self.console = Console()
-        self.console.add("config", self._config, _CONFIG)
-        if "magnetometer" in self.sensors:
-            self.console.add("calibrate", self._calibrate, _CALIBRATE)
-        self.steps.append(self._poll_console)
+        self.reporter = Reporter(self, hello)
+        self._settings = self._msp = self._telemetry = self._console = None
+        self._vtx_setups = self._vtx_controls = 0
+        self._typed = select.poll()
+        self._typed.register(sys.stdin, select.POLLIN)
+        self.steps = [self._alive, self._find_sensors, self._watch_vtx, self._poll_console]
         if _exists(_SETTINGS + ".new"):
             self.settings  # noqa: B018 - loading them ends the save that was cut off
 
@@ -75,6 +78,15 @@ class Application:
         return self._settings
 
     @property
+    def msp(self):
+        """The `firmware.msp.Msp`."""
+        if self._msp is None:
+            from firmware.msp import Msp
+
+            self._msp = Msp(self)
+        return self._msp
+
+    @property
     def state(self):
         """The `ghst.msp_state.State` that MSP answers from."""
         return self.msp.state
@@ -84,26 +96,71 @@ class Application:
         """The `ghst.msp.Responder`."""
         return self.msp.responder
 
-    def _calibrate(self, arguments):
-        if self._calibration is None:
-            from firmware.calibration import Calibrate
+    @property
+    def telemetry(self):
+        """The `firmware.telemetry.Telemetry`, loaded when there is something to send."""
+        if self._telemetry is None:
+            from firmware.telemetry import Telemetry
 
-            self._calibration = Calibrate(self.sensors["magnetometer"], self.settings)
-        self._calibration(arguments)
+            self._telemetry = Telemetry(self.adapter, self.msp)
+            self.steps.append(self._telemetry.update)
+        return self._telemetry
 
-    def _config(self, arguments):
-        if self._config_command is None:
-            from firmware.config_command import ConfigCommand
+    @property
+    def console(self):
+        """The `firmware.console.Console`, loaded when something is typed."""
+        if self._console is None:
+            from firmware.console import Console
 
-            self._config_command = ConfigCommand(self)
-        self._config_command(arguments)
-
-    def _poll_console(self, now_ms):
-        self.console.update()
+            self._console = console = Console(self._typed)
+            console.add("", self.reporter.show, "(Enter): the state of everything")
+            if "magnetometer" in self.sensors or "magnetometer" in self.search.waiting:
+                console.add("calibrate", self._calibrate, _CALIBRATE)
+        return self._console
 
     def _alive(self, now_ms):
         link = self.adapter.poll()
-        self.telemetry.armed = link == LINKED and self.adapter.outputs.armed
+        if self._telemetry:
+            self._telemetry.armed = link == LINKED and self.adapter.outputs.armed
+        elif self.receiver.msp_frames:
+            self.telemetry  # noqa: B018 - loaded, it looks for them itself
+        if self._settings is not None:
+            # Writing flash stops all interrupts.
+            self._settings.poll(link != LINKED)
+
+    def _find_sensors(self, now_ms):
+        name = self.search.update(now_ms)
+        if name:
+            self._add_sensor(name)
+
+    def _add_sensor(self, name):
+        from firmware import devices
+
+        arguments = self.search.waiting.pop(name)[1]
+        try:
+            sensor = devices.make(name, arguments, self.search)
+        except ImportError as error:
+            self._leave_out(name, f"its file is not on this board: {error}")
+        except (ValueError, TypeError) as error:
+            self._leave_out(name, error)
+        else:
+            self.sensors[name] = sensor
+            self.steps.append(self.telemetry.add(name, sensor))
+        erase("firmware.devices")
+
+    def _leave_out(self, name, reason):
+        self.missing.append(f"{name}: {reason}")
+        print(f"sensor left out: {name}: {reason}")
+
+    def _watch_vtx(self, now_ms):
+        """Tells of each new frame, or of the newest where several came within a round."""
+        receiver = self.receiver
+        if receiver.vtx_controls != self._vtx_controls:
+            self._vtx_controls = receiver.vtx_controls
+            self.vtx_event(vtx.CONTROL)
+        if receiver.vtx_setups != self._vtx_setups:
+            self._vtx_setups = receiver.vtx_setups
+            self.vtx_event(vtx.SETUP)
 
     def vtx_event(self, kind):
         """Tells of new video settings; `kind` as in `firmware.vtx`."""
@@ -112,46 +169,19 @@ class Application:
         if self.on_vtx:
             self.on_vtx(kind, self)
 
-    def _poll_settings(self, now_ms):
-        if self._settings is not None:
-            # Writing flash stops all interrupts.
-            self._settings.poll(self.adapter.poll() != LINKED)
+    def _poll_console(self, now_ms):
+        if self._console or ready(self._typed):
+            self.console.update()
 
-    def describe(self):
-        """Returns lines about telemetry, MSP, the video transmitter and each sensor; allocates."""
-        control = self.adapter.control
-        lines = [
-            f"telemetry: {control.telemetry_frames} frames sent, {control.collisions} collisions",
-            f"MSP: {self.receiver.msp_frames} frames, {self.msp.describe()}, "
-            f"{self.receiver.msp_lost} frames lost",
-        ]
-        lines += [
-            f"{name}: {sensor.describe()}, {sensor.faults} faults"
-            for name, sensor in sorted(self.sensors.items())
-        ]
-        shapes = self.adapter.outputs.shapes
-        if shapes and shapes.weak_frames:
-            lines.append(f"control frames of a weak link, left out: {shapes.weak_frames}")
-        receiver = self.receiver
-        if receiver.vtx_setups:
-            # Which nibble is the band is not public.
-            lines.append(
-                f"VTX set-up: {receiver.vtx_freq_mhz} MHz, {receiver.vtx_power_mw} mW, band and "
-                f"channel 0x{receiver.vtx_band_channel:02x}, flags 0x{receiver.vtx_flags:02x}"
-            )
-        vtx_settings = self.vtx_settings
-        if vtx_settings["vtx_band"] or vtx_settings["vtx_freq_mhz"]:
-            lines.append(
-                f"VTX by MSP: band {vtx_settings['vtx_band']}, "
-                f"channel {vtx_settings['vtx_channel']}, {vtx_settings['vtx_freq_mhz']} MHz, "
-                f"power step {vtx_settings['vtx_power']}, "
-                f"pit mode {'on' if vtx_settings['vtx_pit_mode'] else 'off'}"
-            )
-        if receiver.vtx_controls:
-            lines.append("VTX control: " + receiver.vtx_control.hex())
-        if self.rx5808:
-            lines.append(f"video receiver: {self.rx5808.frequency_mhz} MHz")
-        return lines
+    def _calibrate(self, arguments):
+        magnetometer = self.sensors.get("magnetometer")
+        if magnetometer is None:
+            print("no magnetometer answers")
+            return
+        from firmware.calibration import calibrate
+
+        calibrate(magnetometer, self.settings, arguments)
+        erase("firmware.calibration")
 
 
 def _exists(path):

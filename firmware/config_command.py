@@ -22,7 +22,7 @@ import time
 
 import machine
 
-from firmware.app import forget
+from firmware.forget import forget
 from firmware.json_text import LARGEST
 from ghst import __version__
 

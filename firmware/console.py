@@ -1,12 +1,13 @@
 """Takes commands from the USB console, a line each, without ever waiting for one.
 
-console = Console()
+console = Console(poll_of_stdin)
 console.add("speed", show_speed, "speed: tells the ground speed")
 console.update()                    # in every round of the main loop
 """
 
-import select
 import sys
+
+from firmware.report import ready
 
 _LONGEST = 80
 _AT_ONCE = 32  # bytes: a tenth of a millisecond each
@@ -21,9 +22,9 @@ class Console:
     as well. Bytes beyond 80 in a line are dropped, and with them the line.
     """
 
-    def __init__(self):
-        self._input = select.poll()
-        self._input.register(sys.stdin, select.POLLIN)
+    def __init__(self, typed):
+        """`typed`: a poll object with stdin."""
+        self._input = typed
         self._line = bytearray(_LONGEST)
         self._length = 0
         self._commands = {"help": (self._help, "help: this list")}
@@ -67,10 +68,3 @@ class Console:
     def _help(self, arguments):
         for name in sorted(self._commands):
             print(self._commands[name][1])
-
-
-def ready(poll):
-    """Returns whether the stream in `poll` can be read or written at once."""
-    for _ in poll.ipoll(0):  # makes no list, unlike poll()
-        return True
-    return False

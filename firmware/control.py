@@ -106,6 +106,7 @@ class Control:
         self._on_tick = tick_handler(address(words))
         self._led = led
         self._led_off = led_active_low
+        self._block = rp2.PIO(state_machine // 4)
         self._tick = rp2.StateMachine(state_machine, _tick_program, freq=1026 * 1000 // _TICK_MS)
 
     def start(self, *, watchdog=True):
@@ -129,6 +130,7 @@ class Control:
         self._wire.stop()
         self._tick.active(0)
         self._tick.irq(None)
+        self._block.remove_program(_tick_program)
         if self._led is not None:
             machine.Pin(self._led, machine.Pin.OUT, value=self._led_off)
 

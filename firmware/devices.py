@@ -1,98 +1,169 @@
-"""Makes the sensors that the configuration names, of those whose files are on the board."""
+"""Makes the sensors that the configuration names, of those whose files are on the board.
+
+At the start only what `firmware.search` looks with is made of them. This module is loaded for
+that, and again with each sensor that is there.
+"""
 
 import sys
 
 import machine
 
+_BAROMETERS = b"\x76\x77\x5c\x5d"
+_MAGNETOMETERS = b"\x0d\x1c\x1e"
+_GPS_BAUD_RATE = 9600  # at the slowest, something is heard of every sender
+_I2C_TIMEOUT_US = 800  # an address and a byte at 400 kHz, and the interrupts meanwhile
+_I2C_HZ = 400_000
 
-def sensors(values):
-    """Returns ({name: sensor}, [line about each one that is left out]).
 
-    `values`: those of the configuration. Left out is what has impossible options, too: no sensor
-    keeps the servos from moving.
+def waiting(values):
+    """Returns ({name: (probe, arguments)}, [line about each sensor that cannot be]).
+
+    `values`: those of the configuration. No sensor keeps the servos from moving.
     """
-    made = {}
+    found = {}
     missing = []
-    buses = {}
-    for name, make in (
-        ("battery", _battery),
-        ("gps", _gps),
-        ("barometer", _barometer),
-        ("magnetometer", _magnetometer),
+    for name, prepare in (
+        ("battery", _battery_probe),
+        ("gps", _gps_probe),
+        ("barometer", _barometer_probe),
+        ("magnetometer", _magnetometer_probe),
     ):
-        if not values[name]["enabled"]:
-            continue
-        try:
-            sensor = make(values[name], values, buses)
-        except ImportError as error:
-            missing.append(f"{name}: its file is not on this board: {error}")
-        except (ValueError, TypeError) as error:
-            missing.append(f"{name}: {error}")
-        else:
-            made[name] = sensor
-    return made, missing
+        if values[name]["enabled"]:
+            try:
+                found[name] = prepare(values[name], values["i2c"])
+            except (ValueError, TypeError) as error:
+                missing.append(f"{name}: {error}")
+    return found, missing
 
 
-def _battery(own, values, buses):
-    from firmware.sensors.battery import Battery
-
+def _battery_probe(own, i2c):
     if sys.platform == "esp32":
         from firmware.calibrated_adc import CalibratedAdc as Adc
-        from firmware.rtc_scratch import Scratch
     else:
         from machine import ADC as Adc
 
+    pins = own["voltage_pin"], own["current_pin"]
+    inputs = [None if pin is None else Adc(pin) for pin in pins]
+    arguments = (
+        inputs,
+        round(own["divider"] * 1000),
+        own["current_mv_per_a"],
+        own["current_offset_mv"],
+        own["reference_mv"],
+        own["cells"],
+        own["cell_low_mv"],
+        own["cell_critical_mv"],
+        own["capacity_mah"],
+    )
+    # Without a voltage, a current as small as any counts.
+    probe = [adc for adc in inputs if adc] if inputs[0] else None
+    return probe, arguments
+
+
+def _gps_probe(own, i2c):
+    # The ESP-IDF takes no buffer that is smaller than what the UART itself holds.
+    size = 256 if sys.platform == "esp32" else 64
+    pins = {"tx": own["tx_pin"], "rx": own["rx_pin"]}
+    uart = machine.UART(own["uart"], _GPS_BAUD_RATE, rxbuf=size, txbuf=size, **pins)
+    return uart, (uart, own["minimum_satellites"], own["configure"])
+
+
+def _i2c_probe(own, i2c, addresses):
+    scl, sda = machine.Pin(i2c["scl_pin"]), machine.Pin(i2c["sda_pin"])
+    if sys.platform == "esp32":
+        # As `firmware.sensors.i2c_bus` has it, for the same reason.
+        controller = machine.SoftI2C(scl, sda, freq=_I2C_HZ, timeout=_I2C_TIMEOUT_US)
+    else:
+        controller = machine.I2C(
+            i2c["bus"], sda=sda, scl=scl, freq=_I2C_HZ, timeout=_I2C_TIMEOUT_US
+        )
+    return controller, addresses if own["address"] is None else bytes((own["address"],))
+
+
+def _barometer_probe(own, i2c):
+    return _i2c_probe(own, i2c, _BAROMETERS), (i2c, own["address"])
+
+
+def _magnetometer_probe(own, i2c):
+    arguments = (
+        i2c,
+        own["address"],
+        own["offset_nt"],
+        round(10 * own["declination_deg"]),
+        own["rotation_deg"],
+        own["upside_down"],
+    )
+    return _i2c_probe(own, i2c, _MAGNETOMETERS), arguments
+
+
+def make(name, arguments, search):
+    """Returns the sensor `name`; raises `ImportError` and `ValueError`.
+
+    `arguments`: from `waiting`; `search`: a `firmware.search.Search`, whose `bus` is made here.
+    """
+    makers = {
+        "battery": _battery,
+        "gps": _gps,
+        "barometer": _barometer,
+        "magnetometer": _magnetometer,
+    }
+    return makers[name](search, *arguments)
+
+
+def _battery(
+    search, inputs, divider_permille, mv_per_a, offset_mv, reference_mv, cells, low, critical, mah
+):
+    from firmware.sensors.battery import Battery
+
+    if sys.platform == "esp32":
+        from firmware.rtc_scratch import Scratch
+    else:
         from firmware.scratch import Scratch
 
-    voltage = own["voltage_pin"]
-    current = own["current_pin"]
     return Battery(
-        None if voltage is None else Adc(voltage),
-        None if current is None else Adc(current),
+        *inputs,
         store=Scratch(),
-        divider_permille=round(own["divider"] * 1000),
-        current_mv_per_a=own["current_mv_per_a"],
-        current_offset_mv=own["current_offset_mv"],
-        reference_mv=own["reference_mv"],
-        cells=own["cells"],
-        cell_low_mv=own["cell_low_mv"],
-        cell_critical_mv=own["cell_critical_mv"],
-        capacity_mah=own["capacity_mah"],
+        divider_permille=divider_permille,
+        current_mv_per_a=mv_per_a,
+        current_offset_mv=offset_mv,
+        reference_mv=reference_mv,
+        cells=cells,
+        cell_low_mv=low,
+        cell_critical_mv=critical,
+        capacity_mah=mah,
     )
 
 
-def _gps(own, values, buses):
+def _gps(search, uart, minimum_satellites, configure):
     from firmware.sensors.gps import Gps
 
-    uart = machine.UART(own["uart"], tx=own["tx_pin"], rx=own["rx_pin"])
-    return Gps(uart, minimum_satellites=own["minimum_satellites"], configure=own["configure"])
+    return Gps(uart, minimum_satellites=minimum_satellites, configure=configure)
 
 
-def _bus(values, buses):
-    from firmware.sensors.i2c_bus import I2cBus
+def _bus(search, i2c):
+    if search.bus is None:
+        from firmware.sensors.i2c_bus import I2cBus
 
-    if "i2c" not in buses:
-        port = values["i2c"]
-        buses["i2c"] = I2cBus(port["bus"], sda=port["sda_pin"], scl=port["scl_pin"])
-    return buses["i2c"]
+        search.bus = I2cBus(i2c["bus"], sda=i2c["sda_pin"], scl=i2c["scl_pin"])
+    return search.bus
 
 
-def _barometer(own, values, buses):
+def _barometer(search, i2c, address):
     from firmware.sensors.barometer import Barometer
 
-    return Barometer(_bus(values, buses), address=own["address"])
+    return Barometer(_bus(search, i2c), address=address)
 
 
-def _magnetometer(own, values, buses):
+def _magnetometer(search, i2c, address, offset_nt, declination_decideg, rotation_deg, upside_down):
     from firmware.sensors.magnetometer import Magnetometer
 
     return Magnetometer(
-        _bus(values, buses),
-        address=own["address"],
-        offset_nt=own["offset_nt"],
-        declination_decideg=round(10 * own["declination_deg"]),
-        rotation_deg=own["rotation_deg"],
-        upside_down=own["upside_down"],
+        _bus(search, i2c),
+        address=address,
+        offset_nt=offset_nt,
+        declination_decideg=declination_decideg,
+        rotation_deg=rotation_deg,
+        upside_down=upside_down,
     )
 
 

@@ -31,8 +31,8 @@ class Answers:
         state.board_identifier = chip[:4].upper().encode()
         state.uid = machine.unique_id()
         state.pulses = application.receiver.pulses
-        battery = application.sensors.get("battery")
-        state.capacity_mah = battery.capacity_mah if battery else None
+        if "battery" in application.search.waiting:
+            state.capacity_mah = application.search.waiting["battery"][1][-1]
         for key in VTX_KEYS:
             setattr(state, key, application.vtx_settings[key])
         answer(self.responder, state, on_vtx=self._vtx_set, on_save=self._save)
@@ -46,6 +46,7 @@ class Answers:
         state.cycle_time_us = application.cycle_time_us
         sensors = application.sensors
         if battery := sensors.get("battery"):
+            state.capacity_mah = battery.capacity_mah
             state.voltage_mv = battery.voltage_mv
             state.current_ma = battery.current_ma
             state.consumed_mah = battery.consumed_mah

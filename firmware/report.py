@@ -7,7 +7,7 @@ the main loop up for half a second, MicroPython's limit, and no pulse.
 import select
 import sys
 
-from firmware.console import ready
+from firmware.forget import erase
 
 
 class Reporter:
@@ -18,62 +18,42 @@ class Reporter:
 
     def __init__(self, application, hello):
         """`application`: a `firmware.application.Application`; `hello`: what is running here."""
-        self._application = application
-        self._hello = hello
+        self.application = application
+        self.hello = hello
+        self.fault = None
         self._output = select.poll()
         self._output.register(sys.stdout, select.POLLOUT)
-        self._shown = None
-        self._faults = 0
-        self._fault = None
+        self._shown = (None, 0, 0)
 
     def count(self, fault):
         """Notes an exception that the main loop has survived."""
-        self._faults += 1
-        self._fault = fault
+        self.application.faults += 1
+        self.fault = fault
 
     def update(self):
         """Prints what has changed since the last call."""
-        adapter = self._application.adapter
-        now = (adapter.link, adapter.control.stuck, self._faults)
-        if now == self._shown or not ready(self._output):
-            return
-        before = self._shown or (None, 0, 0)
-        self._shown = now
-        if now[0] != before[0]:
-            self._print_link()
-        if now[1] != before[1]:
-            self._print_stuck()
-        if now[2] != before[2]:
-            self._print_fault()
+        control = self.application.adapter.control
+        now = (control.link, control.stuck, self.application.faults)
+        if now != self._shown and ready(self._output):
+            before = self._shown
+            self._shown = now
+            self._write(before, now)
 
     def show(self, arguments=""):
         """Prints all of the state; what the empty line asks for."""
-        if not ready(self._output):
-            return
-        print(self._hello, end="")
-        for line in self._application.describe():
-            print(line)
-        self._print_link()
-        self._print_stuck()
-        if self._fault:
-            self._print_fault()
+        if ready(self._output):
+            self._write(None, None)
 
-    def _print_stuck(self):
-        print("main loop: stood still", self._application.adapter.control.stuck, "times")
+    def _write(self, before, now):
+        # Needed now and then, so not kept.
+        from firmware import report_text
 
-    def _print_fault(self):
-        fault = self._fault
-        print(f"main loop: {self._faults} faults, the last: {type(fault).__name__}: {fault}")
+        report_text.write(self, before, now)
+        erase("firmware.report_text", "ghst.rf_modes")
 
-    def _print_link(self):
-        adapter = self._application.adapter
-        receiver = adapter.receiver
-        text = adapter.link
-        if receiver.rf_mode:
-            from ghst.rf_modes import RF_MODES
 
-            name = RF_MODES.get(receiver.rf_mode, (f"mode {receiver.rf_mode}",))[0]
-            text += f", {name}, LQ {receiver.lq} %, RSSI {receiver.rssi_dbm} dBm"
-        text += f"; frames {receiver.frames}, CRC errors {receiver.crc_errors}"
-        text += f", bytes skipped {receiver.skipped_bytes}, failsafes {adapter.control.failsafes}"
-        print("link:", text)
+def ready(poll):
+    """Returns whether the stream in `poll` can be read or written at once."""
+    for _ in poll.ipoll(0):  # makes no list, unlike poll()
+        return True
+    return False

@@ -85,6 +85,7 @@ class PioSlot:
         self.words = array("I", [0] * _WORDS)
         self._pin = pin
         self._pull = Pin.PULL_DOWN if inverted else Pin.PULL_UP
+        self._block = rp2.PIO(block)
         pin = Pin(pin)
         self._machine = rp2.StateMachine(
             state_machine,
@@ -117,6 +118,7 @@ class PioSlot:
     def stop(self):
         """Stops, in the middle of a frame if need be, and releases the wire."""
         self._machine.active(0)
+        self._block.remove_program(_send)
         Pin(self._pin, Pin.IN, self._pull)
 
     def fill(self, frame):

@@ -24,15 +24,13 @@ _WAIT_MS = const(260)
 
 
 class Telemetry:
-    """Fills the slot of an adapter from the sensors that it is given, and with MSP's answers.
+    """Fills the slot of an adapter from the sensors that are added, and with MSP's answers.
 
     `armed`, set from outside: whether motors may turn, for the pilot's radio.
     """
 
-    def __init__(self, adapter, sensors, msp):
-        """`sensors`: {name: sensor}, of `battery`, `gps`, `barometer`, `magnetometer` those that
-        there are; `msp`: a `firmware.msp.Msp`.
-        """
+    def __init__(self, adapter, msp):
+        """Has no sensors yet; `msp`: a `firmware.msp.Msp`."""
         self.armed = False
         self._control = adapter.control
         self._receiver = adapter.receiver
@@ -42,32 +40,37 @@ class Telemetry:
         self._chunk = bytearray(telemetry.MSP_CHUNK_SIZE)
         self._payload = bytearray(10)
         self._since_ms = 0
-        self._battery = sensors.get("battery")
-        self._gps = sensors.get("gps")
-        self._barometer = sensors.get("barometer")
-        self._magnetometer = sensors.get("magnetometer")
+        self._battery = self._gps = self._barometer = self._magnetometer = None
+        self._pack = self._position = self._motion = self._mag_baro = None
+
+    def add(self, name, sensor):
+        """Takes a sensor: `battery`, `gps`, `barometer` or `magnetometer`.
+
+        Returns what the main loop has to call for it in every round, with the time in ms.
+        """
         add = self._schedule.add
-        if self._battery:
+        if name == "battery":
+            self._battery = sensor
             self._pack = add(TYPE_PACK_STATUS, _TIMEOUT_MS)
-        if self._gps:
+            return self._update_battery
+        if name == "gps":
+            self._gps = sensor
             self._position = add(TYPE_GPS_PRIMARY, _GPS_TIMEOUT_MS)
             self._motion = add(TYPE_GPS_SECONDARY, _GPS_TIMEOUT_MS)
-        if self._barometer or self._magnetometer:
+            return self._update_gps
+        if self._mag_baro is None:
             self._mag_baro = add(TYPE_MAG_BARO, _TIMEOUT_MS)
-        self.steps = self._steps()
+        if name == "barometer":
+            self._barometer = sensor
+            return self._update_barometer
+        self._magnetometer = sensor
+        return self._update_magnetometer
 
-    def _steps(self):
-        steps = []
-        for sensor, step in (
-            (self._battery, self._update_battery),
-            (self._gps, self._update_gps),
-            (self._barometer, self._update_barometer),
-            (self._magnetometer, self._update_magnetometer),
-        ):
-            if sensor:
-                steps.append(step)
-        steps += (self._listen, self._fill_slot)
-        return steps
+    def update(self, now_ms):
+        """Hands the MSP requests over that came, and a frame for the slot if that is free."""
+        while self._receiver.next_msp(self._payload):
+            self._msp.feed(self._payload)
+        self._fill_slot(now_ms)
 
     def _update_battery(self, now_ms):
         battery = self._battery
@@ -96,11 +99,6 @@ class Telemetry:
         magnetometer = self._magnetometer
         if magnetometer.update(now_ms) and magnetometer.heading_decideg is not None:
             self._mag_baro.refresh(now_ms)
-
-    def _listen(self, now_ms):
-        """Hands the MSP requests over that came since the last round."""
-        while self._receiver.next_msp(self._payload):
-            self._msp.feed(self._payload)
 
     def _fill_slot(self, now_ms):
         control = self._control

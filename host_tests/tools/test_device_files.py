@@ -62,8 +62,8 @@ def test_constants_are_folded_across_modules(tmp_path: Path) -> None:
 
 def test_tracebacks_name_the_module(tmp_path: Path) -> None:
     files = collect(small_checkout.make(tmp_path))
-    assert b"ghst/answer.py" in files["/lib/ghst/answer.mpy"]
-    assert b"firmware/sub/app.py" in files["/lib/firmware/sub/app.mpy"]
+    for path in ("/lib/ghst/answer.mpy", "/lib/firmware/sub/app.mpy"):
+        assert path.encode() in files[path]
     assert str(tmp_path).encode() not in b"".join(files.values())
 
 

@@ -11,7 +11,6 @@
 `ghst.downlink` reads them.
 """
 
-from ghst.decoder import crc8
 from ghst.receiver import Receiver
 
 __version__ = "0.1.0"
@@ -22,4 +21,8 @@ def __getattr__(name):
     # Loaded on first use: a board that only receives never pays their memory.
     if name in ("downlink", "encode", "protocol", "schedule", "telemetry"):
         return getattr(__import__("ghst." + name), name)
+    if name == "crc8":
+        from ghst.crc import crc8
+
+        return crc8
     raise AttributeError(name)

@@ -15,7 +15,7 @@ except ImportError:
 # The memory of a decoder begins with 32-bit words: state.
 TAIL = const(0)  # where the first byte stands that is not decoded yet: RING..RING + 255
 HEAD = const(1)  # ring index 0..255 behind the last received byte
-_CRC_ONLY = const(2)  # compute a CRC and nothing else
+CRC_ONLY = const(2)  # compute a CRC and nothing else: `ghst.crc`
 LINE_QUIET = const(3)  # drop what is unfinished: the line went quiet in the middle of a frame
 FRAMES = const(4)
 CRC_ERRORS = const(5)
@@ -40,7 +40,7 @@ VTX_CONTROL = const(112)
 MSP_QUEUE = const(128)
 MSP_QUEUE_LENGTH = const(8)
 # The CRC of each single byte: in RAM, where no cache miss can delay it.
-_CRC_TABLE = const(256)
+CRC_TABLE = const(256)
 # The ring of received bytes, on a multiple of its size, and a mirror of its first bytes so that a
 # frame which wraps is contiguous.
 RING = const(512)
@@ -65,7 +65,7 @@ def prepare(memory: ptr8):
                 # Polynomial 0xD5, not reflected (description: CRC).
                 crc = crc ^ 0x1D5
             bit += 1
-        memory[_CRC_TABLE + index] = crc
+        memory[CRC_TABLE + index] = crc
         index += 1
 
 
@@ -85,7 +85,7 @@ def scan(memory: ptr8, channels: ptr8) -> int:
     controls = 0
     while True:
         length = 0
-        if words[_CRC_ONLY]:
+        if words[CRC_ONLY]:
             source = channels
             at = tail
             stop = words[HEAD]
@@ -113,14 +113,14 @@ def scan(memory: ptr8, channels: ptr8) -> int:
                     stop = tail + length + 1
         crc = 0
         if (stop - at) & 1:
-            crc = memory[_CRC_TABLE + source[at]]
+            crc = memory[CRC_TABLE + source[at]]
             at += 1
         while at < stop:
             # Two bytes a round, or half of the time goes into the loop.
-            crc = memory[_CRC_TABLE + (crc ^ source[at])] ^ source[at + 1]
-            crc = memory[_CRC_TABLE + crc]
+            crc = memory[CRC_TABLE + (crc ^ source[at])] ^ source[at + 1]
+            crc = memory[CRC_TABLE + crc]
             at += 2
-        if words[_CRC_ONLY]:
+        if words[CRC_ONLY]:
             return crc
         if length and crc != memory[stop]:
             words[CRC_ERRORS] = (words[CRC_ERRORS] + 1) & COUNTER_MASK
@@ -227,22 +227,3 @@ def word(memory: ptr32, index: int) -> int:
 def set_word(memory: ptr32, index: int, value: int):
     """Sets a word of the state."""
     memory[index] = value
-
-
-_crc_memory = bytearray(MEMORY_SIZE)
-prepare(_crc_memory)
-set_word(_crc_memory, _CRC_ONLY, 1)
-
-
-@micropython.viper
-def crc8(buf, start: int, stop: int) -> int:
-    """Returns the CRC-8/DVB-S2 of `buf[start:stop]`: 0..255, 0 where there are no bytes.
-
-    Polynomial 0xD5, initial value 0, no reflection, no final xor (description: CRC). The caller
-    keeps 0 <= start and stop <= len(buf): on the device nothing checks the bounds. Not for an
-    interrupt while the main loop may be in here: there is one place for start and stop.
-    """
-    words = ptr32(_crc_memory)
-    words[TAIL] = start
-    words[HEAD] = stop if stop > start else start
-    return int(scan(_crc_memory, buf))

@@ -7,7 +7,7 @@ names and units, and their order.
 import struct
 from collections import namedtuple
 
-from ghst.decoder import crc8
+from ghst.crc import crc8
 from ghst.protocol import (
     ADDRESS_RX,
     FRAME_LENGTH,

@@ -5,7 +5,7 @@ the frame, or pulse widths in quarter microseconds (6000 = 1500 us). A raw value
 its field raises `ValueError`; pulse widths are clamped to what the scaling can carry.
 """
 
-from ghst.decoder import crc8
+from ghst.crc import crc8
 
 _FC = 0x82
 

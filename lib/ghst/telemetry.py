@@ -9,7 +9,7 @@ field, halves up, and clamped to its range, never wrapped; only fields without a
 of more than one, and what is negative becomes 0 there. A buffer that is shorter raises
 `IndexError`, one that cannot be written or a number that is no integer `TypeError`.
 
-For the main loop only: `ghst.decoder.crc8` must not be interrupted by another use of itself.
+For the main loop only: `ghst.crc.crc8` must not be interrupted by another use of itself.
 """
 
 try:
@@ -18,7 +18,7 @@ try:
 except ImportError:
     from ghst._host import const, micropython, ptr8
 
-from ghst.decoder import crc8
+from ghst.crc import crc8
 from ghst.protocol import (
     ADDRESS_RX,
     FRAME_LENGTH,

@@ -87,11 +87,13 @@ def _dotted(name: str) -> str:
 
 def compile_modules(modules: dict[str, Path], arch: str) -> dict[str, bytes]:
     """Compile the modules of a board to `.mpy` files for `arch`: path on the board -> content."""
+    files = {}
     modules = for_arch(modules, arch)
-    return {
-        f"/lib/{name.removesuffix('.py')}.mpy": compile_module(modules[name], name, arch, text)
-        for name, text in folded(modules).items()
-    }
+    for name, text in folded(modules).items():
+        path = f"/lib/{name.removesuffix('.py')}.mpy"
+        # MicroPython keeps the name of the loaded file; another one for tracebacks takes more RAM.
+        files[path] = compile_module(modules[name], path, arch, text)
+    return files
 
 
 def compile_module(source: Path, name: str, arch: str, text: str | None = None) -> bytes:
