@@ -5,6 +5,8 @@ and what it may be. A default of None means that the value may be null, which is
 then explains.
 """
 
+import json
+
 
 class Point:
     """One value of the configuration.
@@ -146,3 +148,15 @@ class Axes(Whole):
 
     def _range(self):
         return f"three numbers, each {super()._range()}"
+
+
+def read(table):
+    """Returns {section: (point, ...)} of their declarations in JSON: class, arguments, no help.
+
+    A board has its points in this form; the build makes it of `points.py`.
+    """
+    kinds = globals()
+    return {
+        section: tuple([kinds[row[0]](*row[1:], "") for row in rows])
+        for section, rows in json.loads(table).items()
+    }

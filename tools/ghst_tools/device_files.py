@@ -5,7 +5,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from ghst_tools import fold
+from ghst_tools import fold, points_table
 from ghst_tools.boards import Board, checkout
 from ghst_tools.chips import CHIPS
 from ghst_tools.errors import GhstError
@@ -75,8 +75,15 @@ def for_arch(modules: dict[str, Path], arch: str) -> dict[str, Path]:
 
 
 def folded(modules: dict[str, Path]) -> dict[str, str]:
-    """The sources of `modules` with their constants folded into one another (`fold`)."""
+    """The sources of `modules` as boards get them.
+
+    Their constants are folded into one another (`fold`), and the points of the configuration are
+    a table (`points_table`).
+    """
     texts = {_dotted(name): path.read_text(encoding="utf-8") for name, path in modules.items()}
+    if points_table.MODULE in modules:
+        name = _dotted(points_table.MODULE)
+        texts[name] = points_table.compact(texts[name])
     results = fold.fold(texts)
     return {name: results[_dotted(name)] for name in modules}
 
