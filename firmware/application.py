@@ -89,12 +89,13 @@ class Application:
     @property
     def state(self):
         """The `ghst.msp_state.State` that MSP answers from."""
-        return self.msp.state
+        return self.telemetry and self.msp.state
 
     @property
     def responder(self):
         """The `ghst.msp.Responder`."""
-        return self.msp.responder
+        # Who adds to it waits for a request: then the way of the answer has to be there.
+        return self.telemetry and self.msp.responder
 
     @property
     def telemetry(self):

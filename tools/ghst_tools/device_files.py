@@ -5,7 +5,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from ghst_tools import fold, points_table
+from ghst_tools import fold, points_table, shorten
 from ghst_tools.boards import Board, checkout
 from ghst_tools.chips import CHIPS
 from ghst_tools.errors import GhstError
@@ -88,6 +88,11 @@ def folded(modules: dict[str, Path]) -> dict[str, str]:
     return {name: results[_dotted(name)] for name in modules}
 
 
+def _shortened(texts: dict[str, str]) -> dict[str, str]:
+    results = shorten.shorten({_dotted(name): text for name, text in texts.items()})
+    return {name: results[_dotted(name)] for name in texts}
+
+
 def _dotted(name: str) -> str:
     return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
@@ -96,7 +101,7 @@ def compile_modules(modules: dict[str, Path], arch: str) -> dict[str, bytes]:
     """Compile the modules of a board to `.mpy` files for `arch`: path on the board -> content."""
     files = {}
     modules = for_arch(modules, arch)
-    for name, text in folded(modules).items():
+    for name, text in _shortened(folded(modules)).items():
         path = f"/lib/{name.removesuffix('.py')}.mpy"
         # MicroPython keeps the name of the loaded file; another one for tracebacks takes more RAM.
         files[path] = compile_module(modules[name], path, arch, text)
