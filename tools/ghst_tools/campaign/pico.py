@@ -82,6 +82,10 @@ class Pico:
         self._filesystem_size = filesystem_size
 
     def _power_on(self, files: dict[str, bytes], until: bytes) -> None:
+        self._connect(files)
+        self.board.boot(until=until)
+
+    def _connect(self, files: dict[str, bytes]) -> None:
         filesystem = littlefs.build(files, self._filesystem_size)
         self.board = Board(self._image, filesystem)
         self.wire = self._connect_wire()
@@ -99,7 +103,6 @@ class Pico:
             write(offset, value)
 
         pwm.write_uint32 = record
-        self.board.boot(until=until)
 
     def _connect_wire(self) -> Wire:
         return Wire(self.board, self.wire_pin)
@@ -128,6 +131,21 @@ class Pico:
         there = (self._files | added).items()
         self._power_on({path: content for path, content in there if content is not None}, until)
         self.compares.clear()
+
+    def power_on(
+        self,
+        files: dict[str, bytes],
+        frames: Callable[[int, float], bytes | None],
+        rate_hz: float,
+    ) -> GhostReceiver:
+        """Be at the moment of power-on, with a receiver that sends `frames` all the time.
+
+        `files`: more files than the firmware's; there is no ghst.json but one of them.
+        """
+        self._connect(self._files | files)
+        receiver = GhostReceiver(self.wire, frames, rate_hz=rate_hz)
+        receiver.start(0.0)
+        return receiver
 
     def run(
         self,
