@@ -3,9 +3,10 @@
 import time
 
 import micropython
+from micropython import const
 
-_LOOP_MS = 3  # more than one round for each slot at 160 Hz, with what a round takes
-_CTRL_C = 3
+_LOOP_MS = const(3)  # more than one round for each slot at 160 Hz, with what a round takes
+_CTRL_C = const(3)
 # What a user's code may raise without stopping anything: all but Ctrl-C.
 _FAULTS = (Exception, SystemExit)
 

@@ -8,8 +8,8 @@ import select
 import sys
 
 from firmware import vtx
-from firmware.limits import LINKED
 from firmware.forget import erase
+from firmware.limits import LINKED
 from firmware.report import Reporter, ready
 from firmware.search import Search
 

@@ -120,9 +120,9 @@ def _reduce():
             if owner:
                 remove(getattr(module, owner), *members.split())
             remove(module, *names.split())
-    erase("firmware.configuration", "firmware.start", "firmware.parts_", "firmware.output")
+    erase("firmware.configuration", "firmware.start", "firmware.parts_")
     erase("firmware.devices", "firmware.json_text", "ghst_board")
-    forget("firmware.shape_", "rp2")
+    forget("firmware.output", "firmware.shape_", "rp2")
     # MicroPython's own start leaves it there.
     remove(__main__, "rp2")
     gc.collect()

@@ -14,12 +14,12 @@ def forget(*prefixes):
     found = []
     for name in list(sys.modules):
         if name.startswith(prefixes):
-            package, _, last = name.rpartition(".")
-            remove(sys.modules.get(package), last)
             found.append(sys.modules[name])
             # A dictionary keeps the value of a key that is deleted until the place is used again.
             sys.modules[name] = None
             del sys.modules[name]
+            package, _, last = name.rpartition(".")
+            remove(sys.modules.get(package), last)
     return found
 
 

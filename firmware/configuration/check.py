@@ -73,9 +73,10 @@ def _section(tree, section, problems):
 
 def _fill(path, points, given, standard, problems):
     values = {}
+    sources = [source for source in (standard, given) if source]
     for point in points:
         value = point.default
-        for source in (standard, given):
+        for source in sources:
             if point.name not in source:
                 continue
             key = f"{path}.{point.name}" if path else point.name

@@ -138,7 +138,7 @@ def test_the_frozen_firmware_leaves_the_files_to_the_user(
 def test_what_the_start_forgets_is_there() -> None:
     """A name that was changed would stay in the RAM, and nobody would see it."""
     root = boards.checkout()
-    tree = ast.parse((root / "firmware/start.py").read_text())
+    tree = ast.parse((root / "firmware/equip.py").read_text())
     table = next(
         ast.literal_eval(statement.value)
         for statement in tree.body
