@@ -100,7 +100,8 @@ def test_without_a_source_nothing_is_sent(bare: Pico) -> None:
 
 def ask(pico: Pico, *payloads: bytes) -> list[bytes]:
     """Send MSP frames between control frames; return the chunks that come back."""
-    frames = {5 + 10 * at: ghst.encode.msp(0x21, it) for at, it in enumerate(payloads)}
+    # Far enough from one another for what the first one has loaded.
+    frames = {5 + 20 * at: ghst.encode.msp(0x21, it) for at, it in enumerate(payloads)}
     receiver = pico.fly(lambda index, t: frames.get(index, LINK), RACE_HZ)
     pico.board.run_for(250e6)
     receiver.stop()
