@@ -14,7 +14,6 @@ from firmware.report import Reporter, ready
 from firmware.search import Search
 
 _SETTINGS = "/ghst.json"
-_CALIBRATE = "calibrate [cancel]: begin, then end the calibration of the magnetometer"
 
 
 class Application:
@@ -23,7 +22,8 @@ class Application:
     `adapter`, `receiver`; `sensors` {name: sensor}, each from the moment on in which there is
     something to measure, and `missing`, lines about those that are left out; `state`, the values
     that MSP answers with; `responder`, to add MSP commands to; `settings`, what is changed while
-    it runs; `on_vtx(kind, application)`, called in the main loop (`firmware.vtx`), or None;
+    it runs; `problems`, lines about what is wrong with the user's configuration: if there are any,
+    nothing moves; `on_vtx(kind, application)`, called in the main loop (`firmware.vtx`), or None;
     `rx5808`, the video receiver module of goggles, or None; `console`, to add commands to
     (`firmware.console`); `faults`, how many exceptions the main loop has survived; `steps`,
     functions of the time in ms that the main loop calls one after the other in every round: none
@@ -43,6 +43,7 @@ class Application:
             values[""]["name"],
             configuration.board["chip"],
         )
+        self.problems = configuration.problems
         self.vtx_settings = values["vtx"]
         self.adapter = adapter
         self.receiver = adapter.receiver
@@ -111,12 +112,11 @@ class Application:
     def console(self):
         """The `firmware.console.Console`, loaded when something is typed."""
         if self._console is None:
+            from firmware.commands import add_commands
             from firmware.console import Console
 
             self._console = console = Console(self._typed)
-            console.add("", self.reporter.show, "(Enter): the state of everything")
-            if "magnetometer" in self.sensors or "magnetometer" in self.search.waiting:
-                console.add("calibrate", self._calibrate, _CALIBRATE)
+            add_commands(console, self)
         return self._console
 
     def _alive(self, now_ms):
@@ -173,16 +173,6 @@ class Application:
     def _poll_console(self, now_ms):
         if self._console or ready(self._typed):
             self.console.update()
-
-    def _calibrate(self, arguments):
-        magnetometer = self.sensors.get("magnetometer")
-        if magnetometer is None:
-            print("no magnetometer answers")
-            return
-        from firmware.calibration import calibrate
-
-        calibrate(magnetometer, self.settings, arguments)
-        erase("firmware.calibration")
 
 
 def _exists(path):
