@@ -185,6 +185,8 @@ def test_a_motor_needs_the_throttle_low_and_then_the_arm_channel_high(
     assert width_us(1, 253) == 1000
     assert width_us(1, 3) == 1000
     assert width_us(1, 253) == 1000  # the throttle was high when it was armed
+    assert width_us(1, 3) == 1000
+    assert width_us(0, 253) == 1000  # it came down no sooner than the arm channel rose
     assert width_us(0, 3) == 1000
     assert width_us(0, 253) == 1012  # armed: this is 12 us above the low end
     assert width_us(1, 253) == 1891

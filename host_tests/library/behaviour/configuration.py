@@ -84,6 +84,7 @@ def values_of_the_wrong_type_or_range():
         ("failsafe", "minimum_lq_percent", 0, "0, must be 1..100 % or null"),
         ("wire", "driver", "spi", '"spi", must be one of pio, uart'),
         ("wire", "baud_rate", 115200, "115200, must be 350000..500000 baud"),
+        ("battery", "divider", True, "true, must be 1..1000"),
         ("gps", "configure", 1, "1, must be true or false"),
         ("magnetometer", "offset_nt", [1, 2], "a list, must be three numbers, each "),
         ("led", "pin", -1, "-1, must be a GPIO number or null"),

@@ -4,6 +4,7 @@ import json
 import os
 import sys
 
+import firmware.settings as module
 from firmware.settings import LARGEST, Settings
 
 from behaviour.support import equal, sample
@@ -283,6 +284,43 @@ def what_cannot_be_written_is_told_and_kept_here():
     equal((settings.poll(True), settings.saves, settings.changed), (False, 0, True))
     assert "/no-such-folder/ghst.json" in settings.error and "\n" not in settings.error
     equal(settings.get("vtx", "power"), 3)
+
+
+class _Forgetful:
+    """A file that loses the last byte of what is written to it."""
+
+    def __init__(self, path, mode="r"):
+        self._file = open(path, mode)  # noqa: SIM115
+        self.read = self._file.read
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self._file.close()
+
+    def write(self, data):
+        return self._file.write(bytes(data)[:-1])
+
+
+def a_new_file_that_reads_back_differently_takes_nobody_s_place():
+    def test(path):
+        _put(path, _OLD)
+        settings = _loaded(path)
+        settings.set("vtx", "power", 3)
+        settings.request_save()
+        module.open = _Forgetful
+        try:
+            equal((settings.poll(True), settings.saves, settings.changed), (False, 0, True))
+        finally:
+            del module.open
+        assert "reads back differently" in settings.error, settings.error
+        equal(_get(path), _OLD.encode())
+        settings.request_save()
+        equal((settings.poll(True), settings.error), (True, None))
+        equal(json.loads(_get(path)), {"vtx": {"power": 3, "band": 5}})
+
+    _in_a_folder(test)
 
 
 def a_folder_in_place_of_the_file_is_told_and_kept():

@@ -22,6 +22,8 @@ _PARTS = ("boards", "docs", "firmware", "host_tests", "lib", "tools", "pyproject
 _LIMIT_S = 3600
 """Far beyond what any selection takes: ends tests that hang."""
 _PASSED, _FAILED = 0, 1
+# A board that does not even start is an error of the test's fixture.
+_FAILURE = re.compile(r"^(?:FAILED|ERROR) host_tests/\S+?::(.+?)(?: - .*)?$", re.MULTILINE)
 
 
 def mutated(mutation: Mutation, root: Path) -> str:
@@ -48,7 +50,7 @@ def _copy() -> Iterator[Path]:
 def _pytest(root: Path, tests: tuple[str, str]) -> tuple[int, str]:
     """Run a selection in a copy of the tree; pytest's exit status and what it printed."""
     file, keyword = tests
-    arguments = ["-x", "-q", "-rf", "--no-header", "-p", "no:cacheprovider", "-k", keyword]
+    arguments = ["-x", "-q", "-rfE", "--no-header", "-p", "no:cacheprovider", "-k", keyword]
     done = subprocess.run(
         [sys.executable, "-B", "-m", "pytest", *arguments, f"host_tests/{file}"],
         cwd=root,
@@ -73,7 +75,9 @@ def noticed(mutation: Mutation) -> list[Row]:
     selection = _selection(mutation.tests)
     if status == _PASSED:
         raise Wrong(f"{mutation.what}: not noticed by {selection}")
-    failed = re.search(r"^FAILED host_tests/\S+?::(.+?)(?: - .*)?$", output, re.MULTILINE)
+    failed = re.search(
+        r"^(?:FAILED|ERROR) host_tests/\S+?::(.+?)(?: - .*)?$", output, re.MULTILINE
+    )
     if status != _FAILED or failed is None:
         raise Wrong(f"{mutation.what}: {selection} did not run: {output[-500:]}")
     old = " / ".join(line.strip() for line in mutation.old.strip().splitlines())

@@ -330,7 +330,7 @@ CONTROL_PATH = (
         (_WATCHDOG, "ctrl_c_reaches"),
     ),
     Mutation(
-        "motors armed with the throttle up",
+        "motors ready while the throttle is up",
         _SHAPES,
         "    ble(DECIDED)\n",
         "    b(DECIDED)\n",
@@ -377,7 +377,7 @@ CONFIGURATION = (
     Mutation(
         "settings that are not read back",
         _SETTINGS,
-        "if file.read() != data:",
+        "if not _holds(self._new_path, memoryview(data)):",
         "if False:",
         _behaviour("settings"),
     ),
