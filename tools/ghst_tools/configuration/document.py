@@ -45,7 +45,7 @@ show`, and flashes three times.
 [tools.md](tools.md#config) shows them. They talk to the board on USB, or to the one at `--port` or
 `$GHST_PORT`; a board with a USB-serial bridge (ESP32) has to be named so. An application that runs
 goes on meanwhile: nothing is stopped, and reading, sending and checking a file delay no pulse;
-while the board checks a file, a fifth to a third of a second, telemetry waits. A board that stands at
+while the board checks a file, 0.2 to 0.3 s, telemetry waits. A board that stands at
 MicroPython's prompt is configured as well.
 
 **Before a file is saved** it is checked on this computer and once more on the board. It is written
