@@ -19,7 +19,7 @@ The firmware, attacked on purpose: what was done to it, what happened, and how t
 sections are written by `ghst campaign`, each by the last run that had its area in it; nothing in
 them is typed by hand.
 
-    make campaign                    # all of it, the long form: hours
+    make campaign                    # all of it, the long form
     ghst campaign line time          # some areas
     ghst campaign --seed 7 bytes     # other bytes
     ghst campaign --short            # a little of each: what the tests run
@@ -31,7 +31,11 @@ emulated chip is in emulated time: the same command gives the same result everyw
 wrong is saved to a file in `host_tests/campaign/cases`, which is a test from then on; a case that
 was mended stays there.
 
-The firmware is the one in this tree, unmodified. What the emulator does not model:
+The long form is for a night and a day: its hour of flight alone takes about nine hours, since the
+emulator needs about nine seconds of CPU time for a second of it. A section says what its run did,
+which may be a share of the long form.
+
+The firmware is the one in this tree at that date, unmodified. What the emulator does not model:
 
 {not_modelled}
 """
