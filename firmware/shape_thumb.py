@@ -1,4 +1,4 @@
-# thumb only
+# only on rp2
 """`shape` in the assembler of Arm cores: what `firmware.shape_viper` does, in half of the time.
 
 Viper keeps two variables in registers and the rest in memory.

@@ -39,16 +39,6 @@ def test_native_code_is_for_the_boards_architecture(tmp_path: Path) -> None:
     assert header == bytes([ord("M"), 6, 7 << 2 | 3, 31])
 
 
-def test_arms_assembler_is_for_boards_with_an_arm_core(tmp_path: Path) -> None:
-    root = small_checkout.make(tmp_path)
-    text = "# thumb only\nimport micropython\n@micropython.asm_thumb\ndef f(r0):\n add(r0, 1)\n"
-    (root / "firmware/adds.py").write_text(text)
-    for name, has_it in (("rpi_pico", True), ("rpi_pico2", True), ("esp32_devkit", False)):
-        board = boards.load(name, root)
-        assert ("/lib/firmware/adds.mpy" in device_files.collect(board, root)) is has_it
-        assert ("firmware/adds.py" in device_files.frozen_modules(board, root)) is has_it
-
-
 def test_constants_are_folded_across_modules(tmp_path: Path) -> None:
     root = small_checkout.make(tmp_path)
     (root / "lib/ghst/answer.py").write_text("ANSWER = const(42)\nQUESTION = 6 * 9\n")

@@ -13,9 +13,6 @@ from ghst_tools.errors import GhstError
 HOST_ONLY = "# host only"
 """First line of a module in lib/ghst that boards do not get."""
 
-THUMB_ONLY = "# thumb only"
-"""First line of a module that boards with an Arm core get, and others do not."""
-
 ONLY_ON = {"# only on rp2": True, "# only on esp32": False}
 """First lines of modules in firmware that half of the boards get; whether those with RP2 chips."""
 
@@ -66,14 +63,6 @@ def sources(root: Path | None = None, board: Board | None = None) -> dict[str, P
     return found | {path.as_posix(): root / path for path in modules}
 
 
-def for_arch(modules: dict[str, Path], arch: str) -> dict[str, Path]:
-    """Those of `modules` that a board of this architecture can run."""
-    is_arm = arch.startswith("armv")
-    return {
-        name: path for name, path in modules.items() if is_arm or _first_line(path) != THUMB_ONLY
-    }
-
-
 def folded(modules: dict[str, Path]) -> dict[str, str]:
     """The sources of `modules` as boards get them.
 
@@ -100,12 +89,22 @@ def _dotted(name: str) -> str:
 def compile_modules(modules: dict[str, Path], arch: str) -> dict[str, bytes]:
     """Compile the modules of a board to `.mpy` files for `arch`: path on the board -> content."""
     files = {}
-    modules = for_arch(modules, arch)
     for name, text in _shortened(folded(modules)).items():
         path = f"/lib/{name.removesuffix('.py')}.mpy"
         # MicroPython keeps the name of the loaded file; another one for tracebacks takes more RAM.
         files[path] = compile_module(modules[name], path, arch, text)
     return files
+
+
+def compile_texts(texts: dict[str, str], arch: str) -> dict[str, bytes]:
+    """The same from sources that are in no file: name such as `ghst/decoder.py` -> text."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = {}
+        for name, text in texts.items():
+            paths[name] = Path(folder, name)
+            paths[name].parent.mkdir(parents=True, exist_ok=True)
+            paths[name].write_text(text, encoding="utf-8")
+        return compile_modules(paths, arch)
 
 
 def compile_module(source: Path, name: str, arch: str, text: str | None = None) -> bytes:
@@ -158,8 +157,7 @@ def frozen_modules(board: Board, root: Path | None = None) -> dict[str, bytes]:
         FROZEN_BOARD: frozen_board_module(board),
         "main.py": (root / FROZEN_MAIN).read_bytes(),
     }
-    found = for_arch(sources(root, board), board.mpy_arch)
-    modules |= {name: text.encode() for name, text in folded(found).items()}
+    modules |= {name: text.encode() for name, text in folded(sources(root, board)).items()}
     return dict(sorted(modules.items()))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
@@ -54,6 +54,18 @@ def versions(micropython: str) -> list[tuple[str, str]]:
     ]
 
 
+def note(taking_part: Sequence[tuple[str, str]]) -> str:
+    """What stands below a plot: date, versions, and what is emulated."""
+    named = dict(taking_part)
+    ours, micropython, chip = (
+        named[key] for key in ("micropython-ghst", "MicroPython on the emulated Pico", "rp2040py")
+    )
+    return (
+        f"{date.today()}, micropython-ghst {ours}, MicroPython {micropython} on rp2040py {chip}: "
+        "emulated time at 125 MHz,\nwithout cache misses of the flash and bus contention"
+    )
+
+
 def markdown(tables: Sequence[Table], taking_part: Sequence[tuple[str, str]], command: str) -> str:
     """The whole document; `command` is what made it."""
     parts = [
@@ -66,6 +78,12 @@ def markdown(tables: Sequence[Table], taking_part: Sequence[tuple[str, str]], co
     ]
     parts += [_section(table) for table in tables]
     return "\n".join(parts)
+
+
+def plots(names: Mapping[str, str], folder: str) -> str:
+    """The section with the plots; `names`: file -> what it shows, in `folder`."""
+    drawn = "\n\n".join(f"![{title}]({folder}/{name})" for name, title in names.items())
+    return f"\n## Plots\n\nOf the same measurements.\n\n{drawn}\n"
 
 
 def show(console: Console, table: Table) -> None:

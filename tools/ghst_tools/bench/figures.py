@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,23 @@ class Table:
 # What the main loop does meanwhile.
 IDLE = "idle"
 COLLECTING = "garbage collection all the time"
-PRINTING = "USB printing all the time"
+FLOODING = "USB flooded all the time"
+SENSORS = "the application, all sensors on"
+
+
+@dataclass
+class Findings:
+    """What is shown once more when everything is measured: as goals and as plots."""
+
+    latencies_us: dict[str, list[float]] = field(default_factory=dict)
+    """Last stop bit to last compare register, for each load of the main loop."""
+    lost: int = 0
+    slots_us: dict[str, list[float]] = field(default_factory=dict)
+    """When telemetry began behind the last control frame, for each load."""
+    share_percent: float = 100.0
+    """Of the CPU at 500 Hz."""
+    heap_bytes: int = -1
+    pulse_errors_us: list[float] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -62,17 +78,23 @@ class Effort:
     share_s: float
     heap_frames: int
     host_frames: int
+    variant_frames: int
+    """For each other way to write the control path; 0: none is tried."""
+    frozen: bool
+    """Whether the frozen image is built and measured, too."""
 
 
 FULL = Effort(
-    loads=(IDLE, COLLECTING, PRINTING),
-    latency_frames=400,
+    loads=(IDLE, COLLECTING, FLOODING, SENSORS),
+    latency_frames=2000,
     collisions=60,
     pulse_s=1.5,
     failsafe_phases=10,
     share_s=0.2,
     heap_frames=500,
     host_frames=20_000,
+    variant_frames=60,
+    frozen=True,
 )
 QUICK = Effort(
     loads=(IDLE,),
@@ -83,4 +105,6 @@ QUICK = Effort(
     share_s=0.04,
     heap_frames=50,
     host_frames=200,
+    variant_frames=0,
+    frozen=False,
 )

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from ghst_tools.bench.figures import Effort, Table
+from ghst_tools.bench.figures import Effort, Findings, Table
 from ghst_tools.bench.rig import CLOCK_HZ, CONTROL_TYPES, TICK_NS, Rig, Running, control_frames
 
 # Exception numbers: interrupt + 16 (RP2040 datasheet, section 2.3.2: PIO0_IRQ_0, PIO1_IRQ_0). The
 # wire is on a state machine of the first block, the tick on one of the second.
-_FRAME_EXCEPTION, _TICK_EXCEPTION = 16 + 7, 16 + 9
+FRAME_EXCEPTION, _TICK_EXCEPTION = 16 + 7, 16 + 9
 
 _CYCLE_NS = 1e9 / CLOCK_HZ
 _LEAD_NS = 1e6
 _ROUNDS = 2  # the ring of 256 bytes wraps once in 18 frames
 
-_RATES_HZ = (55, 250, 500)
+_RATES_HZ = (55, 160, 250, 500)
 
 # Counts as fast as the CPU gets round, and leaves it to interrupts only. MicroPython sends what
 # was printed while the program sleeps: from `spin` on nothing comes any more.
@@ -73,7 +73,7 @@ def frame_cycles(running: Running, frame: bytes) -> int:
     end_ns = running.wire.send(frame, running.board.now_ns + _LEAD_NS)
     # The state machine raises the interrupt in the middle of the stop bit.
     running.run_until(end_ns - 2e3)
-    cycles = exception_cycles(running, _FRAME_EXCEPTION, 100e3)
+    cycles = exception_cycles(running, FRAME_EXCEPTION, 100e3)
     running.board.run_for(_LEAD_NS)
     return cycles
 
@@ -107,7 +107,7 @@ def cycles(rig: Rig) -> tuple[Table, ...]:
     return (table,)
 
 
-def share(rig: Rig, effort: Effort) -> tuple[Table, ...]:
+def share(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     """The share of the CPU that control frames take from the main program."""
     program = _COUNTING.format(arguments=rig.arguments(), ready=rig.ready, pause_ms=_PAUSE_MS)
     running = rig.run(program)
@@ -131,7 +131,8 @@ def share(rig: Rig, effort: Effort) -> tuple[Table, ...]:
         left = rounds()
         receiver.stop()
         sent = len(receiver.sent) - before
-        taken = f"{100 * (1 - left / without):.2f} %"
+        findings.share_percent = 100 * (1 - left / without)
+        taken = f"{findings.share_percent:.2f} %"
         rows.append((f"{rate_hz}", f"{sent}", f"{left}", taken))
     table = Table(
         "Share of the CPU",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import islice
 
-from ghst_tools.bench.figures import Effort, Table
+from ghst_tools.bench.figures import Effort, Findings, Table
 from ghst_tools.bench.rig import Rig, control_frames
 
 _RATE_HZ = 500
@@ -39,7 +39,7 @@ print("taken", *fly({count}), "end of flight")
 """
 
 
-def ram(rig: Rig, effort: Effort) -> tuple[Table, Table]:
+def ram(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, Table]:
     """Bytes of the heap that are in use once everything runs, and that control frames take."""
     running = rig.run(
         _PROGRAM.format(
@@ -67,6 +67,7 @@ def ram(rig: Rig, effort: Effort) -> tuple[Table, Table]:
         ),
     )
     frames, taken = running.numbers("taken")
+    findings.heap_bytes = taken
     per_frame = Table(
         "Heap taken by frames",
         f"gc.mem_alloc() before and after frames at {_RATE_HZ} Hz with the garbage collector "

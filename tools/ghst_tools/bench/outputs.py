@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from ghst_tools.bench.figures import Effort, Table
-from ghst_tools.bench.rig import Rig, control_frames
+from collections.abc import Sequence
+from itertools import pairwise
+
+from ghst_tools.bench.figures import Effort, Findings, Table
+from ghst_tools.bench.rig import Rig, Running, control_frames
 from ghst_tools.demo.judge import STEP_NS, Demand, Judge
+from ghst_tools.emulator.meters import Pulse
 
 _RATE_HZ = 250
 _PERIOD_NS = 20e6
@@ -15,7 +19,7 @@ _HELLO = "micropython-ghst "
 _TYPES = (0x30, 0x31, 0x32, 0x33)
 
 
-def pulses(rig: Rig, effort: Effort) -> tuple[Table, ...]:
+def pulses(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     """Widths at the pins against the widths in the frames."""
     running = rig.fly("adapter.poll(); time.sleep_ms(20)")
     board = running.board
@@ -34,28 +38,57 @@ def pulses(rig: Rig, effort: Effort) -> tuple[Table, ...]:
             judge.pulse(pin, pulse)
     verdicts = judge.verdicts.values()
     errors_us = [error / 1e3 for verdict in verdicts for _, error in verdict.errors]
+    findings.pulse_errors_us = errors_us
+    jitter = [_jitter_us(running.meter.pulses[pin]) for pin in rig.servos]
     table = Table(
         "Pulse width at the pin",
         f"Width of each pulse at the {len(rig.servos)} servo pins against the width that the "
         f"frames demand (in quarter microseconds), random values at {_RATE_HZ} Hz. The PWM counts "
         f"in steps of {STEP_NS / 1e3} us; wrong are pulses that are not the step nearest to the "
-        "demanded width.",
-        ("pulses", "wrong", "error, min us", "error, max us"),
+        "demanded width. Jitter: how far the time from one rise to the next is off 20 ms at most.",
+        ("pulses", "wrong", "error, min us", "error, max us", "jitter, us"),
         (
             (
                 f"{len(errors_us)}",
                 f"{len(judge.wrong)}",
                 f"{min(errors_us):+.4f}",
                 f"{max(errors_us):+.4f}",
+                f"{max(jitter):.4f}",
             ),
         ),
     )
     return (table,)
 
 
-def boot(rig: Rig) -> tuple[Table, ...]:
+def _jitter_us(seen: Sequence[Pulse]) -> float:
+    """How far the period is off 20 ms at most."""
+    return max(abs(b.rise_ns - a.rise_ns - _PERIOD_NS) for a, b in pairwise(seen)) / 1e3
+
+
+def boot(rig: Rig, effort: Effort) -> tuple[Table, ...]:
     """From power-on to the hello, and to the first pulses where the link is up all the time."""
-    running = rig.power_on()
+    found = {".mpy, ms": _boot_ns(rig.power_on(), rig)}
+    if effort.frozen:
+        found["frozen, ms"] = _boot_ns(rig.frozen.power_on(), rig)
+    table = Table(
+        "Power-on to pulses",
+        "Milliseconds of emulated time from power-on to these, with main.py as it is and a "
+        f"receiver that sends at {_RATE_HZ} Hz all the time: with the firmware as .mpy files in "
+        "the file system, and frozen into the image (`make firmware`).",
+        ("until", *found),
+        tuple(
+            (name, *(f"{times[index] / 1e6:.1f}" for times in found.values()))
+            for index, name in enumerate(_UNTIL)
+        ),
+    )
+    return (table,)
+
+
+_UNTIL = ("hello on the USB console", "first pulse on a servo pin", "pulses on all servo pins")
+
+
+def _boot_ns(running: Running, rig: Rig) -> tuple[float, float, float]:
+    """When each of `_UNTIL` came, in nanoseconds."""
     receiver = running.receiver(control_frames(_TYPES), _RATE_HZ)
     receiver.start()
 
@@ -72,16 +105,4 @@ def boot(rig: Rig) -> tuple[Table, ...]:
         poll_ns=1e6,
     )
     rises = first_pulses()
-    rows = (
-        ("hello on the USB console", hello_ns()),
-        ("first pulse on a servo pin", min(rises)),
-        ("pulses on all servo pins", max(rises)),
-    )
-    table = Table(
-        "Power-on to pulses",
-        "Milliseconds of emulated time from power-on to these, with main.py as it is and a "
-        f"receiver that sends at {_RATE_HZ} Hz all the time.",
-        ("until", "ms"),
-        tuple((name, f"{(t_ns or 0.0) / 1e6:.1f}") for name, t_ns in rows),
-    )
-    return (table,)
+    return hello_ns() or 0.0, min(rises), max(rises)

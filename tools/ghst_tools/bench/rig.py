@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import cycle
 from pathlib import Path
 
 from ghst import encode  # type: ignore[import-not-found]
-from ghst_tools import boards, device_files, filesystem
+from ghst_tools import boards, device_files, filesystem, frozen
+from ghst_tools.demo.aircraft import Devices
 from ghst_tools.demo.probes import CompareWrites, ConsoleLog
 from ghst_tools.emulator import Board, GhostReceiver, PulseMeter, Wire
 
@@ -18,6 +20,9 @@ CLOCK_HZ = 125_000_000
 FAILSAFE_MS = 110
 TICK_NS = 10e6
 """The tick of the firmware: failsafe, watchdog, LED."""
+
+Change = tuple[str, str]
+"""A piece of source that occurs once, and what takes its place."""
 
 # A measurement replaces main.py; apart from that the files are those that a board gets.
 _READY = "measurement ready"
@@ -38,29 +43,53 @@ class Rig:
     def __init__(self, image: Path, board: str = boards.DEFAULT_BOARD) -> None:
         self.definition = boards.load(board)
         self.files = device_files.collect(self.definition)
-        self._image = image
-        defaults = json.loads(self.definition.definition)["defaults"]
+        self.image = image
+        self.defaults = defaults = json.loads(self.definition.definition)["defaults"]
         self.wire_pin: int = defaults["wire"]["pin"]
         self.servos = {int(pin): point["channel"] for pin, point in defaults["outputs"].items()}
         self._led: int = defaults["led"]["pin"]
+
+    @property
+    def sources(self) -> dict[str, Path]:
+        """The modules of the board: name such as `ghst/decoder.py` -> where its source is."""
+        return device_files.sources(board=self.definition)
+
+    def variant(self, changes: Mapping[str, Sequence[Change]]) -> Rig:
+        """A rig whose firmware differs: name of a module -> changes of its text."""
+        texts = {name: path.read_text(encoding="utf-8") for name, path in self.sources.items()}
+        for name, replacements in changes.items():
+            for old, new in replacements:
+                if texts[name].count(old) != 1:
+                    raise AssertionError(f"{name} has not once: {old}")
+                texts[name] = texts[name].replace(old, new)
+        varied = copy.copy(self)
+        varied.__dict__.pop("asleep", None)
+        varied.files = self.files | device_files.compile_texts(texts, self.definition.mpy_arch)
+        return varied
 
     def arguments(self, options: str = "") -> str:
         """The arguments of `Adapter(...)` for this board; `options`: more of them."""
         return f"{self.wire_pin}, {self.servos}, led={self._led}, {options}"
 
-    def power_on(self) -> Running:
-        """A board with the firmware as users have it, at the moment of power-on."""
-        return Running(self, self._image, self.files)
+    def power_on(self, files: Mapping[str, bytes] | None = None) -> Running:
+        """A board with the firmware as users have it, at the moment of power-on.
+
+        `files`: more files.
+        """
+        return Running(self, self.image, self.files | dict(files or {}))
 
     def run(self, program: str) -> Running:
         """A board that has `program` as its main.py; runs until it has printed `ready()`."""
-        running = Running(self, self._image, self.files | {"/main.py": program.encode()})
+        running = Running(self, self.image, self.files | {"/main.py": program.encode()})
         running.board.boot(until=_READY.encode())
         return running
 
-    def fly(self, loop: str, options: str = "") -> Running:
-        """A board with a started `adapter` and `loop`, one line, as its endless main loop."""
-        start = _START.format(arguments=self.arguments(options))
+    def fly(self, loop: str, options: str = "", setup: str = "") -> Running:
+        """A board with a started `adapter` and `loop`, one line, as its endless main loop.
+
+        `setup`: lines before it.
+        """
+        start = _START.format(arguments=self.arguments(options)) + setup
         return self.run(f"{start}{self.ready}\nwhile True:\n    {loop}\n")
 
     @cached_property
@@ -70,6 +99,17 @@ class Rig:
         Link losses end in failsafe, and leave it with the next frame.
         """
         return self.fly("time.sleep(60)", f"failsafe_ms={FAILSAFE_MS}")
+
+    @cached_property
+    def frozen(self) -> Rig:
+        """A rig with the firmware in its image, and an empty file system. Takes a minute to build.
+
+        GhstError tells what is missing for that.
+        """
+        image = copy.copy(self)
+        image.image = frozen.build(self.definition.name)
+        image.files = {}
+        return image
 
     @property
     def ready(self) -> str:
@@ -86,6 +126,7 @@ class Running:
         self.meter = PulseMeter(self.board, rig.servos)
         self.compare = CompareWrites(self.board, rig.servos)
         self.console = ConsoleLog(self.board)
+        self.devices: Devices | None = None
 
     def receiver(self, frames: Iterator[bytes], rate_hz: float) -> GhostReceiver:
         """A simulated receiver that will send `frames` until they end."""

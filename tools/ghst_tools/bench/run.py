@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -15,31 +16,44 @@ from ghst_tools.bench import (
     control_path,
     decode,
     document,
+    goals,
     host,
     interrupts,
+    languages,
     memory,
+    modules,
     outputs,
+    parts,
+    plots,
+    variants,
 )
-from ghst_tools.bench.figures import FULL, QUICK, Effort, Table
+from ghst_tools.bench.figures import FULL, QUICK, Effort, Findings, Table
 from ghst_tools.bench.rig import Rig
 from ghst_tools.errors import GhstError
 from ghst_tools.files import write_file
 
 FIGURES = "docs/figures.md"
+PLOTS = "img"
+"""The folder with the plots, beside the figures."""
 
 
 def measurements(
-    image: Path, effort: Effort
+    image: Path, effort: Effort, findings: Findings
 ) -> Iterator[tuple[str, Callable[[], tuple[Table, ...]]]]:
     """What is to be measured, in its order, and how to do it."""
     rig = Rig(image)
-    yield "from the wire to the registers", partial(control_path.latency, rig, effort)
+    yield "from the wire to the registers", partial(control_path.latency, rig, effort, findings)
     yield "cycles of the interrupts", partial(interrupts.cycles, rig)
-    yield "share of the CPU", partial(interrupts.share, rig, effort)
-    yield "pulses at the pins", partial(outputs.pulses, rig, effort)
+    yield "parts of the interrupt", partial(parts.parts, rig)
+    if effort.variant_frames:
+        yield "other ways", partial(variants.variants, rig, effort)
+    yield "four languages", partial(languages.languages, rig)
+    yield "share of the CPU", partial(interrupts.share, rig, effort, findings)
+    yield "pulses at the pins", partial(outputs.pulses, rig, effort, findings)
     yield "failsafe", partial(control_path.failsafe, rig, effort)
-    yield "power-on to pulses", partial(outputs.boot, rig)
-    yield "RAM", partial(memory.ram, rig, effort)
+    yield "power-on to pulses", partial(outputs.boot, rig, effort)
+    yield "RAM", partial(memory.ram, rig, effort, findings)
+    yield "RAM of the modules", partial(modules.modules, rig, effort)
     yield "files", partial(memory.flash, rig)
     yield "the library on the host", partial(host.speed, effort)
     yield "decoding recordings on the host", partial(decode.speed, effort)
@@ -48,9 +62,10 @@ def measurements(
 def bench(image: Path, effort: Effort, command_line: str, out: Path) -> None:
     """Measure everything, show it, and write it to `out`."""
     console = Console(highlight=False)
-    started = time.monotonic()
+    started, worked = time.monotonic(), _cpu_s()
     tables: list[Table] = []
-    for name, step in measurements(image, effort):
+    findings = Findings()
+    for name, step in measurements(image, effort, findings):
         with console.status(f"measuring: {name}"):
             try:
                 found = step()
@@ -59,12 +74,32 @@ def bench(image: Path, effort: Effort, command_line: str, out: Path) -> None:
         for table in found:
             document.show(console, table)
         tables += found
+    publish(image, tables, findings, command_line, out)
+    console.print(
+        f"\n{out} written after {time.monotonic() - started:.0f} s, {_cpu_s() - worked:.0f} s of "
+        "them at work",
+        soft_wrap=True,
+    )
+
+
+def publish(
+    image: Path, tables: Sequence[Table], findings: Findings, command_line: str, out: Path
+) -> None:
+    """Show the goals, and write the figures and the plots."""
+    console = Console(highlight=False)
+    reached = goals.goals(findings)
+    document.show(console, reached[0])
     taking_part = document.versions(micropython_image.version_of(image))
     for line in document.NOT_MODELLED:
         console.print(f"- {line}", style="dim")
-    text = document.markdown(tables, taking_part, command_line)
-    write_file(out, text.encode())
-    console.print(f"\n{out} written after {time.monotonic() - started:.0f} s", soft_wrap=True)
+    plots.write(findings, out.parent / PLOTS, document.note(taking_part))
+    text = document.markdown([*reached, *tables], taking_part, command_line)
+    write_file(out, (text + document.plots(plots.PLOTS, PLOTS)).encode())
+
+
+def _cpu_s() -> float:
+    """CPU time of this process and of those that it has waited for, in seconds."""
+    return sum(os.times()[:4])
 
 
 @click.command()
@@ -72,7 +107,8 @@ def bench(image: Path, effort: Effort, command_line: str, out: Path) -> None:
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
-    help=f"Where to write the figures; default: {FIGURES} in the checkout.",
+    help=f"Where to write the figures; default: {FIGURES} in the checkout. Plots go into "
+    f"{PLOTS}/ beside it.",
 )
 @click.option(
     "--image",

@@ -51,29 +51,35 @@ class DecoderState(NamedTuple):
     rssi_dbm: int = 0
 
 
-def decoder_state(board: Board) -> DecoderState:
-    """Read the state of the firmware's receiver from the chip's memory; all zero before it runs.
+def decoder_memory(board: Board) -> int | None:
+    """Address of the memory that the firmware's `ghst.decoder` works on; None before it runs.
 
-    DMA moves the received bytes into the ring that `ghst.decoder` works on, so that the DMA
-    channel tells where the decoder's memory is.
+    DMA moves the received bytes into the ring in it, so that the DMA channel tells where it is.
     """
     for channel in range(_DMA_CHANNELS):
         registers = _DMA + channel * _DMA_STRIDE
         control = board.read32(registers + _DMA_CONTROL)
         if control & 1 and control >> 15 & 0x3F == _DREQ_PIO0_RX0:
             target = board.read32(registers + _DMA_WRITE_ADDRESS)
-            memory = (target & ~(decoder.RING_SIZE - 1)) - decoder.RING
+            return (target & ~(decoder.RING_SIZE - 1)) - int(decoder.RING)
+    return None
 
-            def word(index: int, memory: int = memory) -> int:
-                return board.read32(memory + 4 * index)
 
-            return DecoderState(
-                frames=word(decoder.FRAMES),
-                crc_errors=word(decoder.CRC_ERRORS),
-                lq=word(decoder.LINK_QUALITY),
-                rssi_dbm=-word(decoder.RSSI),
-            )
-    return DecoderState()
+def decoder_state(board: Board) -> DecoderState:
+    """Read the state of the firmware's receiver from the memory; all zero before it runs."""
+    memory = decoder_memory(board)
+    if memory is None:
+        return DecoderState()
+
+    def word(index: int) -> int:
+        return board.read32(memory + 4 * index)
+
+    return DecoderState(
+        frames=word(decoder.FRAMES),
+        crc_errors=word(decoder.CRC_ERRORS),
+        lq=word(decoder.LINK_QUALITY),
+        rssi_dbm=-word(decoder.RSSI),
+    )
 
 
 class ConsoleLog:

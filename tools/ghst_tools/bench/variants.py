@@ -1,0 +1,199 @@
+"""Other ways to write the control path, each measured on a board of its own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from ghst_tools.bench.control_path import latencies_us
+from ghst_tools.bench.figures import Effort, Spread, Table
+from ghst_tools.bench.rig import Change, Rig
+from ghst_tools.errors import GhstError
+
+_DECODER, _INTERRUPTS = "ghst/decoder.py", "firmware/interrupts.py"
+
+_CRC_ROUND = """\
+            # Two bytes a round, or half of the time goes into the loop.
+            crc = memory[_CRC_TABLE + (crc ^ source[at])] ^ source[at + 1]
+            crc = memory[_CRC_TABLE + crc]
+            at += 2
+"""
+_CRC_LOOP = "        while at < stop:\n" + _CRC_ROUND
+_CRC_ODD = """\
+        if (stop - at) & 1:
+            crc = memory[_CRC_TABLE + source[at]]
+            at += 1
+"""
+
+_ROLLED = """\
+            crc = memory[_CRC_TABLE + (crc ^ source[at])]
+            at += 1
+"""
+_TWO_BYTES = """\
+            crc = memory[_CRC_TABLE + (crc ^ source[at + {0}])] ^ source[at + {0} + 1]
+            crc = memory[_CRC_TABLE + crc]
+"""
+_UNROLLED = (
+    "        if stop - at == 10:\n"
+    + "".join(_TWO_BYTES.format(at) for at in range(0, 10, 2))
+    + "            at = stop\n"
+    + _CRC_LOOP
+)
+
+_NIBBLE = """\
+            crc = crc ^ source[at]
+            crc = ((crc << 4) & 0xFF) ^ memory[784 + (crc >> 4)]
+            crc = ((crc << 4) & 0xFF) ^ memory[784 + (crc >> 4)]
+            at += 1
+"""
+_NIBBLE_TABLE = """\
+    index = 0
+    while index < 16:
+        crc = index << 4
+        bit = 0
+        while bit < 4:
+            crc = crc << 1
+            if crc & 0x100:
+                crc = crc ^ 0x1D5
+            bit += 1
+        memory[784 + index] = crc
+        index += 1
+
+
+@micropython.viper
+def scan("""
+
+_THUMB = """\
+@micropython.asm_thumb
+def _crc(r0, r1, r2):
+    mov(r3, 0)
+    b(TEST)
+    label(BYTE)
+    ldrb(r4, [r1, 0])
+    eor(r3, r4)
+    add(r4, r0, r3)
+    ldrb(r3, [r4, 0])
+    add(r1, 1)
+    label(TEST)
+    cmp(r1, r2)
+    bne(BYTE)
+    mov(r0, r3)
+
+
+@micropython.viper
+def scan("""
+_THUMB_CALL = "        crc = int(_crc(int(memory) + 256, int(source) + at, int(source) + stop))\n"
+
+# What makes room where the branches would reach too far, 2 kB: nothing that a control frame needs.
+_CRC_OF_A_BUFFER = (
+    (
+        """\
+        if words[_CRC_ONLY]:
+            source = channels
+            at = tail
+            stop = words[HEAD]
+        else:
+""",
+        "        if True:\n",
+    ),
+    ("        if words[_CRC_ONLY]:\n            return crc\n", ""),
+)
+_MSP = (
+    (
+        """\
+        elif length == 12 and uint(kind - 0x21) < uint(2):
+            counter = MSP_FRAMES
+            kept = MSP_QUEUE | ((words[MSP_FRAMES] & (MSP_QUEUE_LENGTH - 1)) << 4)
+""",
+        "",
+    ),
+)
+_ROOM = _CRC_OF_A_BUFFER + _MSP
+
+_SCAN = "@micropython.viper\ndef scan("
+
+
+def _inlined(rig: Rig) -> Sequence[Change]:
+    """What puts the decoder's text into the frame interrupt."""
+    text = rig.sources[_DECODER].read_text(encoding="utf-8")
+    names = re.findall(r"^([A-Z_]+) = const\((.*)\)", text, re.MULTILINE)
+    start = text.index("    words = ptr32(memory)\n", text.index("def scan("))
+    body = text[start : text.index("    return controls\n", start)]
+    for old, new in _ROOM:
+        body = body.replace(old, new)
+    constants = ""
+    for name, value in names:
+        body = re.sub(rf"(?<!\w){name}\b", f"D{name}", body)
+        constants += f"D{name} = const({value})\n"
+    for name, _ in names:
+        constants = re.sub(rf"(?<=[( ]){name}\b", f"D{name}", constants)
+    lines = "".join(f"    {line}\n" if line else "\n" for line in body.splitlines())
+    call = "        controls = int(scan(c[MEMORY], c[PULSES]))\n"
+    memory = "        memory = ptr8(c[MEMORY])\n        channels = ptr8(c[PULSES])\n"
+    return (
+        ("SENT_FLAG = const(16)\n", f"{constants}SENT_FLAG = const(16)\n"),
+        (call, memory + lines),
+    )
+
+
+def others(rig: Rig) -> dict[str, dict[str, Sequence[Change]]]:
+    return {
+        "as it is": {},
+        "CRC: one byte a round": {_DECODER: ((_CRC_ROUND, _ROLLED),)},
+        "CRC: ten bytes without a loop (1)": {_DECODER: (*_ROOM, (_CRC_LOOP, _UNROLLED))},
+        "CRC: table of 16 nibbles": {
+            _DECODER: (
+                ("MEMORY_SIZE = const(784)", "MEMORY_SIZE = const(800)"),
+                (f"\n\n{_SCAN}", _NIBBLE_TABLE),
+                (_CRC_ODD, ""),
+                (_CRC_ROUND, _NIBBLE),
+            )
+        },
+        "CRC: assembler, called by the decoder": {
+            _DECODER: ((_SCAN, _THUMB), (_CRC_ODD + _CRC_LOOP, _THUMB_CALL))
+        },
+        "decoder within the handler (1)": {_INTERRUPTS: _inlined(rig)},
+    }
+
+
+def variants(rig: Rig, effort: Effort) -> tuple[Table, ...]:
+    """How late the registers are with each of them."""
+    rows = []
+    size = _size(rig)
+    for name, changes in others(rig).items():
+        try:
+            variant = rig.variant(changes) if changes else rig
+        except GhstError as error:
+            # What the compiler says stands behind the name of the file.
+            rows.append((name, str(error).rpartition(": ")[2], "", ""))
+            continue
+        found, lost = latencies_us(variant.asleep, effort.variant_frames)
+        if lost:
+            raise AssertionError(f"{name}: {lost} frames lost")
+        spread = Spread.of(found)
+        rows.append(
+            (
+                name,
+                f"{spread.mean:.2f}",
+                f"{spread.maximum:.2f}",
+                f"{_size(variant) - size:+d}" if changes else "",
+            )
+        )
+    table = Table(
+        "Other ways that were tried",
+        "Last stop bit to last compare register, in microseconds, with an idle main loop and "
+        f"{effort.variant_frames} frames, and what the .mpy files of decoder and interrupts grow "
+        "by, in bytes; each change is made to the text of the firmware in "
+        "tools/ghst_tools/bench/variants.py and put on a board of its own. A function of viper is "
+        "too big where a branch in it would reach farther than 2 kB. (1): without MSP and without "
+        "the CRC of a buffer, to make room.",
+        ("control path", "mean", "max", "bytes more"),
+        tuple(rows),
+    )
+    return (table,)
+
+
+def _size(rig: Rig) -> int:
+    return sum(
+        len(rig.files[f"/lib/{name.removesuffix('.py')}.mpy"]) for name in (_DECODER, _INTERRUPTS)
+    )
