@@ -81,7 +81,7 @@ class Effort:
     variant_frames: int
     """For each other way to write the control path; 0: none is tried."""
     frozen: bool
-    """Whether the frozen image is built and measured, too."""
+    """Whether the frozen image is measured, too, and the RAM of the application."""
 
 
 FULL = Effort(

@@ -104,6 +104,8 @@ def modules(rig: Rig, effort: Effort) -> tuple[Table, ...]:
     ]
     # As they come at the start; what is left over last.
     names.sort(key=lambda name: (name != "ghst", name != "firmware.app", name))
+    if not effort.frozen:
+        names = [name for name in names if name.startswith("ghst")]
     rigs = {".mpy": rig} | ({"frozen": rig.frozen} if effort.frozen else {})
     found = {kind: _of_modules(each, names) for kind, each in rigs.items()}
     columns = [f"{kind}, {what}" for kind in rigs for what in ("kept", "at most")]
@@ -120,6 +122,8 @@ def modules(rig: Rig, effort: Effort) -> tuple[Table, ...]:
         ("module", *columns),
         tuple(rows),
     )
+    if not effort.frozen:
+        return (kept,)
     application = Table(
         "RAM of the application",
         f"gc.mem_alloc() after gc.collect(), {_SENSORS_MS} ms after main.py has started, with a "

@@ -14,24 +14,24 @@ _DECODER, _INTERRUPTS = "ghst/decoder.py", "firmware/interrupts.py"
 
 _CRC_ROUND = """\
             # Two bytes a round, or half of the time goes into the loop.
-            crc = memory[_CRC_TABLE + (crc ^ source[at])] ^ source[at + 1]
-            crc = memory[_CRC_TABLE + crc]
+            crc = memory[CRC_TABLE + (crc ^ source[at])] ^ source[at + 1]
+            crc = memory[CRC_TABLE + crc]
             at += 2
 """
 _CRC_LOOP = "        while at < stop:\n" + _CRC_ROUND
 _CRC_ODD = """\
         if (stop - at) & 1:
-            crc = memory[_CRC_TABLE + source[at]]
+            crc = memory[CRC_TABLE + source[at]]
             at += 1
 """
 
 _ROLLED = """\
-            crc = memory[_CRC_TABLE + (crc ^ source[at])]
+            crc = memory[CRC_TABLE + (crc ^ source[at])]
             at += 1
 """
 _TWO_BYTES = """\
-            crc = memory[_CRC_TABLE + (crc ^ source[at + {0}])] ^ source[at + {0} + 1]
-            crc = memory[_CRC_TABLE + crc]
+            crc = memory[CRC_TABLE + (crc ^ source[at + {0}])] ^ source[at + {0} + 1]
+            crc = memory[CRC_TABLE + crc]
 """
 _UNROLLED = (
     "        if stop - at == 10:\n"
@@ -65,7 +65,7 @@ def scan("""
 
 _THUMB = """\
 @micropython.asm_thumb
-def _crc(r0, r1, r2):
+def crc_thumb(r0, r1, r2):
     mov(r3, 0)
     b(TEST)
     label(BYTE)
@@ -82,13 +82,13 @@ def _crc(r0, r1, r2):
 
 @micropython.viper
 def scan("""
-_THUMB_CALL = "        crc = int(_crc(int(memory) + 256, int(source) + at, int(source) + stop))\n"
+_THUMB_CALL = "        crc = int(crc_thumb(int(memory) + 256, int(source) + at, int(source) + stop))\n"
 
 # What makes room where the branches would reach too far, 2 kB: nothing that a control frame needs.
 _CRC_OF_A_BUFFER = (
     (
         """\
-        if words[_CRC_ONLY]:
+        if words[CRC_ONLY]:
             source = channels
             at = tail
             stop = words[HEAD]
@@ -96,7 +96,7 @@ _CRC_OF_A_BUFFER = (
 """,
         "        if True:\n",
     ),
-    ("        if words[_CRC_ONLY]:\n            return crc\n", ""),
+    ("        if words[CRC_ONLY]:\n            return crc\n", ""),
 )
 _MSP = (
     (
