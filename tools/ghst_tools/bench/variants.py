@@ -82,7 +82,9 @@ def crc_thumb(r0, r1, r2):
 
 @micropython.viper
 def scan("""
-_THUMB_CALL = "        crc = int(crc_thumb(int(memory) + 256, int(source) + at, int(source) + stop))\n"
+_THUMB_CALL = (
+    "        crc = int(crc_thumb(int(memory) + 256, int(source) + at, int(source) + stop))\n"
+)
 
 # What makes room where the branches would reach too far, 2 kB: nothing that a control frame needs.
 _CRC_OF_A_BUFFER = (
