@@ -124,7 +124,7 @@ class _Files:
 
 def on_host(which: str, texts: Sequence[bytes]) -> list[tuple[Any, ...]]:
     """What the firmware's code makes of each text on CPython."""
-    load: Any = firmware_module("load")
+    load: Any = firmware_module("configuration.load")
     names: dict[str, Any] = {}
     exec(_OUTCOME, names)
     before = load.FILE, load.BOARD_FILE
