@@ -31,7 +31,7 @@ mutation: $(VENV) ## Break the firmware in many ways; the tests have to notice e
 	@$(GHST) campaign mutation
 
 test: $(VENV) micropython image firmware ## Run every test: CPython, the unix port, the emulated board
-	@tools/debian.sh sigrok-cli=sigrok-cli
+	@tools/debian.sh sigrok-cli=sigrok-cli tmux=tmux
 	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS) host_tests
 
 lint: $(VENV) ## Check style and types

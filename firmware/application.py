@@ -6,12 +6,14 @@ What not every flight needs is loaded when it is used, and what is used once is 
 import os
 import select
 import sys
+import time
 
 from firmware import vtx
 from firmware.forget import erase
 from firmware.limits import LINKED
-from firmware.report import Reporter, ready
+from firmware.report import Reporter
 from firmware.search import Search
+from firmware.usb_room import ready
 
 _SETTINGS = "/ghst.json"
 
@@ -60,6 +62,7 @@ class Application:
             except ImportError as error:
                 self.missing.append(f"rx5808: {error}")
         self.reporter = Reporter(self, hello)
+        self.status = None  # a `firmware.status.Status` that says lines
         self._settings = self._msp = self._telemetry = self._console = None
         self._vtx_setups = self._vtx_controls = 0
         self._typed = select.poll()
@@ -170,7 +173,20 @@ class Application:
         if self.on_vtx:
             self.on_vtx(kind, self)
 
+    @property
+    def writing(self):
+        """Whether a line is under way on the console, between whose parts nothing may be said."""
+        return self.status is not None and self.status.writing
+
     def _poll_console(self, now_ms):
+        status = self.status
+        if status and time.ticks_diff(now_ms, status.due_ms) >= 0:
+            status.update(now_ms)
+            if status.writing:
+                return
+            if status.finished:
+                self.status = status = None
+                erase("firmware.status")
         if self._console or ready(self._typed):
             self.console.update()
 

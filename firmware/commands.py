@@ -14,6 +14,17 @@ def add_commands(console, application):
             loaded.append(ConfigCommand(application))
         loaded[0](arguments)
 
+    def status(arguments):
+        if application.status is None:
+            try:
+                from firmware.status import Status
+
+                application.status = Status(application)
+            except MemoryError:
+                print('{"ghst": "error", "text": "not enough memory for it"}')
+                return
+        application.status.command(arguments)
+
     def calibrate(arguments):
         magnetometer = application.sensors.get("magnetometer")
         if magnetometer is None:
@@ -26,6 +37,7 @@ def add_commands(console, application):
 
     console.add("", application.reporter.show, "(Enter): the state of everything")
     console.add("config", config, "config: for the program ghst config")
+    console.add("status", status, "status [ms | off]: everything as JSON, once or again and again")
     if "magnetometer" in application.sensors or "magnetometer" in application.search.waiting:
         text = "calibrate [cancel]: begin, then end the calibration of the magnetometer"
         console.add("calibrate", calibrate, text)

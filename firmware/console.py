@@ -7,7 +7,7 @@ console.update()                    # in every round of the main loop
 
 import sys
 
-from firmware.report import ready
+from firmware.usb_room import ready
 
 _LONGEST = 80
 _AT_ONCE = 32  # bytes: a tenth of a millisecond each

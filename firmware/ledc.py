@@ -29,6 +29,7 @@ _SETTLE_MS = const(41)
 class LedcOutputs:
     """The outputs of a board, what each of them follows, and what it does in failsafe.
 
+    `pins`: the GPIO numbers, rising; `shown`: what each of them was given, as a pulse of a servo.
     `shapes`: `Shapes` if there are outputs that are not plain, else None. A switch is a plain pin
     and takes no channel of LEDC, which could not give a level without a notch in each period.
     """
@@ -42,9 +43,9 @@ class LedcOutputs:
         it. Raises `ValueError` for what LEDC has no channels or timers for. Takes 40 ms.
         """
         outputs = by_pin(channels, failsafe or {})
-        self._pins = sorted(outputs)
+        self.pins = sorted(outputs)
         # Held: a new `PWM` gives 50 % for a period, whatever duty it is made with.
-        held = [machine.Pin(pin, machine.Pin.OUT, value=0, hold=True) for pin in self._pins]
+        held = [machine.Pin(pin, machine.Pin.OUT, value=0, hold=True) for pin in self.pins]
         self._clock = array("I", [0])
         self._ticks_us = time.ticks_us()
         clock = uctypes.addressof(self._clock)
@@ -58,12 +59,12 @@ class LedcOutputs:
             self._context[SHAPES] = self.shapes.address
             self._context_address = uctypes.addressof(self._context)
         self._failsafe = array("H", [0] * len(held))
-        self._shown = array("H", [0] * len(held))
+        self.shown = array("H", [0] * len(held))
         self._pwm = []
         self._rows = []
         self._rules = []
         try:
-            for index, pin in enumerate(self._pins):
+            for index, pin in enumerate(self.pins):
                 self._add(outputs[pin], index, held[index], receiver, most_bits)
         finally:
             if self._pwm:
@@ -82,7 +83,7 @@ class LedcOutputs:
             self._rules[-1] = (pulses, at, output.failsafe)
         if output.switch:
             # Off before its channel has come: zero would be no known level.
-            self._failsafe[index] = self._shown[index] = MINIMUM
+            self._failsafe[index] = self.shown[index] = MINIMUM
             self._rows.append((pulses, at, pin.value, 0, 0))
             return
         unit, shift = _unit(output.frequency_hz, most_bits)
@@ -109,7 +110,7 @@ class LedcOutputs:
     def write(self):
         """Gives each output the pulse of its channel, or of failsafe while that has not come."""
         failsafe = self._failsafe
-        shown = self._shown
+        shown = self.shown
         for index, (pulses, at, give, unit, shift) in enumerate(self._rows):
             pulse = pulses[at]
             if pulse == 0:
@@ -150,11 +151,11 @@ class LedcOutputs:
             self.off()
             time.sleep_ms(_SETTLE_MS)
         # Held: a pin that `deinit` has let go of is driven by nobody.
-        for pin in self._pins:
+        for pin in self.pins:
             machine.Pin(pin, machine.Pin.OUT, value=0, hold=True)
         while self._pwm:
             self._pwm.pop().deinit()
-        for pin in self._pins:
+        for pin in self.pins:
             machine.Pin(pin, machine.Pin.OUT, value=0, hold=False)
 
 

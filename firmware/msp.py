@@ -42,11 +42,19 @@ class Msp:
         if self._answers is not None:
             self.responder.discard()
 
+    @property
+    def answered(self):
+        """Requests that got an answer."""
+        return 0 if self._answers is None else self.responder.answered
+
+    @property
+    def errors(self):
+        """Requests that got an error for an answer."""
+        return 0 if self._answers is None else self.responder.errors
+
     def describe(self):
         """Returns what has been answered, in a line."""
-        if self._answers is None:
-            return "0 answered, 0 errors"
-        return f"{self.responder.answered} answered, {self.responder.errors} errors"
+        return f"{self.answered} answered, {self.errors} errors"
 
     def _loaded(self):
         if self._answers is None:

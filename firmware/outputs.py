@@ -27,7 +27,7 @@ class ServoOutputs:
     The interrupt writes pulses through `table`, slice by slice. `failsafe_pulses` holds what each
     output gives without its channel; `failsafe_rules` tells for each output what to put there:
     two words, the address of its pulse and its rule. `shapes`: `Shapes` if there are outputs that
-    are not plain, else None.
+    are not plain, else None. `pins`: the GPIO numbers, rising.
     """
 
     def __init__(self, channels, receiver, *, failsafe=None, arming=None, link_limits=None):
@@ -41,13 +41,13 @@ class ServoOutputs:
         values that cannot be.
         """
         self._outputs = by_pin(channels, failsafe or {})
-        self._pins = sorted(self._outputs)
+        self.pins = sorted(self._outputs)
         self._base = chip.this_chip().PWM
-        self._slices = sorted({pin >> 1 & 7 for pin in self._pins})
+        self._slices = sorted({pin >> 1 & 7 for pin in self.pins})
         self._period_ms = 20
         self.table = array("i", [0] * (SLICE_WORDS * len(self._slices)))
-        self.failsafe_pulses = array("H", [0] * len(self._pins))
-        self.failsafe_rules = array("i", [0] * (2 * len(self._pins)))
+        self.failsafe_pulses = array("H", [0] * len(self.pins))
+        self.failsafe_rules = array("i", [0] * (2 * len(self.pins)))
         self._unused = array("i", [0])
         clock = chip.this_chip().TIMER_RAW_LOW
         self.shapes = shapes(self._outputs, receiver, clock, arming, link_limits)
@@ -82,7 +82,7 @@ class ServoOutputs:
     def _claim(self, receiver):
         claimed = {}
         frequencies = {}
-        for index, pin in enumerate(self._pins):
+        for index, pin in enumerate(self.pins):
             output = self._outputs[pin]
             number = pin >> 1 & 7
             place = (number, pin & 1)
@@ -117,7 +117,7 @@ class ServoOutputs:
     def _prepare(self):
         write = machine.mem32
         for number in self._slices:
-            first = next(pin for pin in self._pins if pin >> 1 & 7 == number)
+            first = next(pin for pin in self.pins if pin >> 1 & 7 == number)
             hertz = self._outputs[first].frequency_hz
             write[self._register(number, chip.PWM_CONTROL)] = 0
             write[self._register(number, chip.PWM_COUNTER)] = 0
@@ -125,7 +125,7 @@ class ServoOutputs:
             write[self._register(number, chip.PWM_DIVIDER)] = _divider(hertz)
             write[self._register(number, chip.PWM_TOP)] = _top(hertz)
             write[self._register(number, chip.PWM_CONTROL)] = 1
-        for pin in self._pins:
+        for pin in self.pins:
             machine.Pin(pin, mode=machine.Pin.ALT, alt=machine.Pin.ALT_PWM)
 
     def stop(self):
@@ -133,7 +133,7 @@ class ServoOutputs:
         for number in self._slices:
             machine.mem32[self._register(number, chip.PWM_COMPARE)] = 0
         time.sleep_ms(2 * self._period_ms)
-        for pin in self._pins:
+        for pin in self.pins:
             machine.Pin(pin, machine.Pin.OUT, value=0)
         for number in self._slices:
             machine.mem32[self._register(number, chip.PWM_CONTROL)] = 0

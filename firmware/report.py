@@ -1,13 +1,11 @@
 """Tells on the USB console what happens.
 
-Nothing is printed while the host does not take it. One that stops in the middle of a line holds
-the main loop up for half a second, MicroPython's limit, and no pulse.
+Nothing is printed while the host does not take it, or is not there. One that stops in the middle
+of a long answer holds the main loop up for half a second, MicroPython's limit, and no pulse.
 """
 
-import select
-import sys
-
 from firmware.forget import erase
+from firmware.usb_room import Room
 
 
 class Reporter:
@@ -21,8 +19,8 @@ class Reporter:
         self.application = application
         self.hello = hello
         self.fault = None
-        self._output = select.poll()
-        self._output.register(sys.stdout, select.POLLOUT)
+        self._room = Room()
+        self._asked = False
         self._shown = (None, 0, 0)
 
     def count(self, fault):
@@ -31,18 +29,25 @@ class Reporter:
         self.fault = fault
 
     def update(self):
-        """Prints what has changed since the last call."""
-        control = self.application.adapter.control
-        now = (control.link, control.stuck, self.application.faults)
-        if now != self._shown and ready(self._output):
-            before = self._shown
-            self._shown = now
+        """Prints what has changed since the last time, or everything if that was asked for."""
+        application = self.application
+        control = application.adapter.control
+        now = (control.link, control.stuck, application.faults)
+        if now == self._shown and not self._asked:
+            return
+        if application.writing or not self._room.free():
+            return
+        before = self._shown
+        self._shown = now
+        if self._asked:
+            self._asked = False
+            self._write(None, None)
+        else:
             self._write(before, now)
 
     def show(self, arguments=""):
-        """Prints all of the state; what the empty line asks for."""
-        if ready(self._output):
-            self._write(None, None)
+        """Has `update` print all of the state; what the empty line asks for."""
+        self._asked = True
 
     def _write(self, before, now):
         # Needed now and then, so not kept.
@@ -50,10 +55,3 @@ class Reporter:
 
         report_text.write(self, before, now)
         erase("firmware.report_text", "ghst.rf_modes")
-
-
-def ready(poll):
-    """Returns whether the stream in `poll` can be read or written at once."""
-    for _ in poll.ipoll(0):  # makes no list, unlike poll()
-        return True
-    return False

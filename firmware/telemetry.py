@@ -21,17 +21,20 @@ _TIMEOUT_MS = const(1000)
 _GPS_TIMEOUT_MS = const(2000)
 # A frame that has not found its slot in this time (five frames of Long Range) tells the past.
 _WAIT_MS = const(260)
+_COUNTER_MASK = const(0x3FFFFFFF)
 
 
 class Telemetry:
     """Fills the slot of an adapter from the sensors that are added, and with MSP's answers.
 
-    `armed`, set from outside: whether motors may turn, for the pilot's radio.
+    `armed`, set from outside: whether motors may turn, for the pilot's radio. `expired`: frames
+    that have found no slot in time and were thrown away, modulo 2^30.
     """
 
     def __init__(self, adapter, msp):
         """Has no sensors yet; `msp`: a `firmware.msp.Msp`."""
         self.armed = False
+        self.expired = 0
         self._control = adapter.control
         self._receiver = adapter.receiver
         self._msp = msp
@@ -109,6 +112,7 @@ class Telemetry:
         if not control.slot_free:
             if ticks_diff(now_ms, self._since_ms) > _WAIT_MS:
                 control.discard()
+                self.expired = (self.expired + 1) & _COUNTER_MASK
             return
         kind = self._schedule.next(now_ms, self._msp.pending)
         if kind:

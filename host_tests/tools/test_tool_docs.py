@@ -34,7 +34,17 @@ def test_the_examples_print_what_the_document_says() -> None:
 
 def test_each_tool_has_an_example() -> None:
     text = "\n".join(examples.commands(DOCUMENT))
-    for name in ("decode", "sniff", "simulate", "replay", "plot", "vcd", "completion"):
+    for name in (
+        "doctor",
+        "monitor",
+        "decode",
+        "sniff",
+        "simulate",
+        "replay",
+        "plot",
+        "vcd",
+        "completion",
+    ):
         assert name in cli.COMMANDS
         assert f"ghst {name} " in text
     assert "sigrok-cli " in text

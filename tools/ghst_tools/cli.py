@@ -19,6 +19,8 @@ COMMANDS = {
     "firmware": ("ghst_tools.frozen", "Build MicroPython with the firmware in it."),
     "flash": ("ghst_tools.flash", "Put the firmware on a board and start it."),
     "selftest": ("ghst_tools.selftest.run", "Have a board test itself, with one jumper."),
+    "doctor": ("ghst_tools.doctor.run", "Find boards and what is missing, say the next step."),
+    "monitor": ("ghst_tools.monitor.run", "Watch a running board: channels, outputs, link."),
     "config": ("ghst_tools.configuration.command", "Check and show a board's configuration."),
     "decode": ("ghst_tools.decode", "Show the frames of a recording, one line each."),
     "sniff": ("ghst_tools.sniff.run", "Listen on the wire: frames, timing, a log."),

@@ -6,6 +6,7 @@ something. Here the transfer is held until there are bytes to send.
 
 It also completes every bulk-IN transfer at once. A terminal program that is stopped does not take
 data; `Console.reading = False` makes the device see that (its transmit FIFO fills up).
+Neither does it count the frames of the bus, nor suspend it; `Console.unplug` does.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rp2040py.peripherals.usb import RPUSBController
+from rp2040py.peripherals.usb import SIE_STATUS, SIE_SUSPENDED, SOF_RD, RPUSBController
 from rp2040py.usb.cdc import USBCDC
 
 _BUFFER_AVAILABLE = 1 << 10
 _IN_BUFFER_CONTROL = 0x80  # offset of endpoint 0's IN buffer control in the USB RAM
+_FRAME_NS = 1e6
+_FRAME_NUMBER_MASK = 0x7FF
 _BUS_LATENCY_NS = 20_000.0  # within a full-speed frame; keeps writes of the host in order
 
 
@@ -28,15 +31,46 @@ class _Controller(RPUSBController):
         super().__init__(mcu, "USB")
         self.held_endpoint = -1
         self.held: list[tuple[int, int]] = []
+        self._suspended_at: int | None = None
 
     def dpram_updated(self, offset: int, value: int) -> None:
-        if value & _BUFFER_AVAILABLE and offset == _IN_BUFFER_CONTROL + 8 * self.held_endpoint:
+        held = offset == _IN_BUFFER_CONTROL + 8 * self.held_endpoint
+        if value & _BUFFER_AVAILABLE and (held or self._suspended_at is not None):
             self.held.append((offset, value))
         else:
             super().dpram_updated(offset, value)
 
+    def read_uint32(self, offset: int) -> int:
+        if offset == SOF_RD and not self._host_mode:
+            return self._frame_number()
+        return int(super().read_uint32(offset))
+
+    def write_uint32(self, offset: int, value: int) -> None:
+        if offset == SIE_STATUS:
+            # The bit tells of the event; the data sheet has it cleared by writing to it.
+            self._sie_status &= ~(self.raw_write_value & SIE_SUSPENDED)
+        super().write_uint32(offset, value)
+
+    def _frame_number(self) -> int:
+        if self._suspended_at is not None:
+            return self._suspended_at
+        return int(self.rp2040.clock.nanos / _FRAME_NS) & _FRAME_NUMBER_MASK
+
+    def suspend(self) -> None:
+        self._suspended_at = self._frame_number()
+        self._sie_status |= SIE_SUSPENDED
+        self._sie_status_updated()
+
+    def _on_reset_alarm(self) -> None:
+        # The host gives no frames before the end of its reset.
+        self._suspended_at = None
+        self.held.clear()
+        super()._on_reset_alarm()
+
     def release(self) -> None:
         self.held_endpoint = -1
+        if self._suspended_at is not None:
+            return
         held, self.held = self.held, []
         for offset, value in held:
             super().dpram_updated(offset, value)
@@ -60,6 +94,7 @@ class Console:
         self._alarm = mcu.clock.create_alarm(self._serve)
         self._serving = False
         self._reading = True
+        self._opens = True
         self.enumerated = False
         self._cdc = USBCDC(self._usb)
         self._cdc.on_serial_data = self._received
@@ -105,8 +140,21 @@ class Console:
         """Close the port: drop DTR and RTS, as a terminal program does that ends."""
         self._cdc.set_control_lines(dtr=False, rts=False)
 
+    def unplug(self) -> None:
+        """Pull the cable of a board that has another supply: no frames, no transfers."""
+        self._usb.suspend()
+        self._drop()
+
+    def plug_in(self, *, opens: bool = True) -> None:
+        """Put the cable back: the host resets the bus, enumerates, and perhaps opens the port."""
+        self._opens = opens
+        self._cdc._on_controller_reset()
+        self._usb.reset_device()
+
     def _enumerated(self) -> None:
         self.enumerated = True
+        if not self._opens:
+            self.close()
         if not self._reading:
             self._usb.held_endpoint = self._cdc._in_endpoint
 
@@ -137,13 +185,16 @@ class Console:
         self._usb.endpoint_read_done(self._cdc._out_endpoint, chunk)
         self._kick()
 
-    def _reset(self) -> None:
-        """The chip has dropped off the bus."""
+    def _drop(self) -> None:
         self._alarm.cancel()
         self._serving = False
         self._armed.clear()
         self._to_device.clear()
-        self._usb.held.clear()
         self.enumerated = False
+
+    def _reset(self) -> None:
+        """The chip has dropped off the bus."""
+        self._drop()
+        self._usb.held.clear()
         if self._stock_reset is not None:
             self._stock_reset()

@@ -12,17 +12,18 @@ from pathlib import Path
 
 from ghst_tools.frames.formats import Source
 from ghst_tools.tool_docs.flight_controller import FlightController
+from ghst_tools.tool_docs.recorded_board import EVERY_S, RecordedBoard
 
 _POLL_S = 0.01
 _SLOT_S = 0.001
 
 
 @contextlib.contextmanager
-def adapters(folder: Path, recording: Path) -> Iterator[None]:
+def adapters(folder: Path, recording: Path, status: Path) -> Iterator[None]:
     """Serial ports in `folder`.
 
     `ttyUSB0` says again and again what `recording` has, `ttyUSB1` only listens, `ttyUSB2` is on
-    one wire with a `FlightController`.
+    one wire with a `FlightController`. `ttyACM0` is a board that says what `status` has.
     """
     reads: list[tuple[float, bytes]] = []
     for block in Source(recording).blocks():
@@ -35,7 +36,9 @@ def adapters(folder: Path, recording: Path) -> Iterator[None]:
         talker = stack.enter_context(_port(folder / "ttyUSB0"))
         listener = stack.enter_context(_port(folder / "ttyUSB1"))
         partner = stack.enter_context(_port(folder / "ttyUSB2"))
+        console = stack.enter_context(_port(folder / "ttyACM0"))
         threads = [
+            threading.Thread(target=_say, args=(console, RecordedBoard(status), stopping)),
             threading.Thread(target=_talk, args=(talker, reads, stopping)),
             threading.Thread(target=_listen, args=(listener, stopping)),
             threading.Thread(target=_answer, args=(partner, stopping)),
@@ -83,6 +86,18 @@ def _listen(port: int, stopping: threading.Event) -> None:
     while not stopping.is_set():
         if select.select([port], [], [], _POLL_S)[0]:
             os.read(port, 4096)
+
+
+def _say(port: int, board: RecordedBoard, stopping: threading.Event) -> None:
+    due_s = time.monotonic()
+    while not stopping.is_set():
+        if select.select([port], [], [], _POLL_S)[0]:
+            os.write(port, board.hear(os.read(port, 4096)))
+            due_s = time.monotonic() + EVERY_S
+        elif time.monotonic() >= due_s:
+            due_s += EVERY_S
+            with contextlib.suppress(BlockingIOError):
+                os.write(port, board.tick())
 
 
 def _answer(port: int, stopping: threading.Event) -> None:

@@ -1,4 +1,7 @@
-"""Makes docs/examples/wire.log: the wire between a simulated receiver and the emulated board."""
+"""Makes the recordings in docs/examples on the emulated board, with a simulated receiver.
+
+wire.log is what was on the wire, status.jsonl what the board said of itself right behind that.
+"""
 
 from __future__ import annotations
 
@@ -25,18 +28,19 @@ _ROTATION = (0x11, 0x13, 0x10, 0x12)
 # The barometer takes a second for its zero, and the GPS finds a fix.
 _WARM_UP_NS = 3e9
 _RECORDED_NS = 0.4e9
+_STATUS_NS = 2.5e9
 _DAMAGED_AT, _NOISE_AT = 5, 9  # slots of the recording
 _NOISE = b"\x5a\xa5\x00"
 
 
-def record(path: Path) -> None:
-    """Boot the emulated board with its sensors, fly, and write what was on the wire."""
+def record(path: Path, status_path: Path) -> None:
+    """Boot the emulated board with its sensors, fly, and write what was on the wire and said."""
     definition = boards.load(boards.DEFAULT_BOARD)
-    values = json.loads(definition.definition)
+    defaults = json.loads(definition.definition)["defaults"]
     board = Board(micropython_image.find(), filesystem.write())
     aircraft = Aircraft()
-    _devices = Devices(board, aircraft, values)
-    wire = Wire(board, values["pins"]["ghst_wire"])
+    _devices = Devices(board, aircraft, defaults)
+    wire = Wire(board, defaults["wire"]["pin"])
     receiver = GhostReceiver(wire, _frame, _RATE_HZ)
     board.boot(until=b"link: searching")
     aircraft.takeoff_ns = board.now_ns
@@ -51,6 +55,7 @@ def record(path: Path) -> None:
     wire.send(_NOISE, noise_ns)
     board.run_for(since_ns + _RECORDED_NS - board.now_ns)
     write_file(path, _text(wire.decode(who=None, since=since_ns), since_ns).encode())
+    write_file(status_path, _status(board))
 
 
 def _frame(index: int, t_ns: float) -> bytes:
@@ -64,6 +69,15 @@ def _frame(index: int, t_ns: float) -> bytes:
         rssi_dbm=round(-66 + 6 * math.sin(index / 25)),
         rf_mode=_RF_MODE,
     )
+
+
+def _status(board: Board) -> bytes:
+    start = len(board.console.output)
+    board.console.write(b"status 200\r")
+    board.run_for(_STATUS_NS)
+    whole = bytes(board.console.output[start:]).rpartition(b"\n")[0]
+    lines = [line for line in whole.splitlines() if line.startswith(b"{")]
+    return b"\n".join([*lines, b""])
 
 
 def _text(octets: Iterable[DecodedByte], since_ns: float) -> str:

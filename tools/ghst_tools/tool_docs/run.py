@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import click
@@ -15,6 +16,8 @@ from ghst_tools.tool_docs import examples, ports
 
 DOCUMENT = "docs/tools.md"
 RECORDING = "docs/examples/wire.log"
+MONITOR_PICTURE = "docs/img/tools_monitor.svg"
+STATUS = "docs/examples/status.jsonl"
 _PICTURE = "flight.png"  # what the example of `ghst plot` leaves
 _SHOWN = "docs/img/tools_plot.png"
 
@@ -34,15 +37,30 @@ def render(document: str, pictures: Path | None = None, with_board: bool = False
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shell = examples.Shell(folder)
-        with ports.adapters(folder, boards.checkout() / RECORDING):
+        with _adapters(folder):
             text = examples.render(document, shell.run)
         if pictures is not None:
             write_file(pictures, (folder / _PICTURE).read_bytes())
+            # textual takes its time to load.
+            from ghst_tools.tool_docs.monitor_picture import draw
+
+            with tempfile.TemporaryDirectory() as name, _adapters(Path(name)):
+                picture = draw(Path(name), "ttyACM0")
+            write_file(boards.checkout() / MONITOR_PICTURE, picture.encode())
     return text
 
 
+def _adapters(folder: Path) -> AbstractContextManager[None]:
+    root = boards.checkout()
+    return ports.adapters(folder, root / RECORDING, root / STATUS)
+
+
 @click.command()
-@click.option("--record", is_flag=True, help=f"Make {RECORDING} anew on the emulated board first.")
+@click.option(
+    "--record",
+    is_flag=True,
+    help=f"Make {RECORDING} and {STATUS} anew on the emulated board first.",
+)
 def command(record: bool) -> None:
     """Run the examples of docs/tools.md and write what they print into it."""
     root = boards.checkout()
@@ -52,7 +70,7 @@ def command(record: bool) -> None:
         # The emulator takes its time to load, and this more than a minute.
         from ghst_tools.tool_docs.record import record as record_wire
 
-        record_wire(root / RECORDING)
+        record_wire(root / RECORDING, root / STATUS)
     path = root / DOCUMENT
     text = render(path.read_text(encoding="utf-8"), root / _SHOWN, with_board=True)
     write_file(path, text.encode())

@@ -1,0 +1,1 @@
+"""`ghst doctor`: what is there, what is missing, and the next step."""

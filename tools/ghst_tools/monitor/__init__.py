@@ -1,0 +1,1 @@
+"""`ghst monitor`: the state of a running board, live."""
