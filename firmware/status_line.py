@@ -49,6 +49,12 @@ _RECEIVER = (
     ("msp_lost", _COUNTER),
 )
 _CONTROL = (("failsafes", _COUNTER), ("telemetry_frames", _COUNTER), ("collisions", _COUNTER))
+_OWN = (
+    ("armed", 5),
+    ("telemetry_expired", _COUNTER),
+    ("msp_answered", _COUNTER),
+    ("msp_errors", _COUNTER),
+)
 _FAULTS = ("faults", _COUNTER)
 _SENSORS = {
     "battery": (
@@ -104,8 +110,7 @@ class StatusLine:
         self._add(self, (("time_ms", _COUNTER),))
         self._add(adapter.receiver, _RECEIVER)
         self._add(adapter.control, _CONTROL)
-        names = ("telemetry_expired", "msp_answered", "msp_errors")
-        self._add(self, (("armed", 5), *[(name, _COUNTER) for name in names]))
+        self._add(self, _OWN)
         self._add(adapter.control, (("stuck", _COUNTER),), b"main_loop_")
         self._add(application, (_FAULTS, ("cycle_time_us", _COUNTER)), b"main_loop_")
         if adapter.outputs.shapes:
