@@ -6,7 +6,6 @@ What not every flight needs is loaded when it is used, and what is used once is 
 import os
 import select
 import sys
-import time
 
 from firmware import vtx
 from firmware.forget import erase
@@ -27,9 +26,10 @@ class Application:
     it runs; `problems`, lines about what is wrong with the user's configuration: if there are any,
     nothing moves; `on_vtx(kind, application)`, called in the main loop (`firmware.vtx`), or None;
     `rx5808`, the video receiver module of goggles, or None; `console`, to add commands to
-    (`firmware.console`); `faults`, how many exceptions the main loop has survived; `steps`,
-    functions of the time in ms that the main loop calls one after the other in every round: none
-    may take more than 5 ms.
+    (`firmware.console`); `writing`, whether a line is under way there, between whose parts nothing
+    may be said; `faults`, how many exceptions the main loop has survived; `steps`, functions of
+    the time in ms that the main loop calls one after the other in every round: none may take more
+    than 5 ms.
     """
 
     def __init__(self, configuration, adapter, hello):
@@ -62,7 +62,7 @@ class Application:
             except ImportError as error:
                 self.missing.append(f"rx5808: {error}")
         self.reporter = Reporter(self, hello)
-        self.status = None  # a `firmware.status.Status` that says lines
+        self.writing = False
         self._settings = self._msp = self._telemetry = self._console = None
         self._vtx_setups = self._vtx_controls = 0
         self._typed = select.poll()
@@ -173,21 +173,8 @@ class Application:
         if self.on_vtx:
             self.on_vtx(kind, self)
 
-    @property
-    def writing(self):
-        """Whether a line is under way on the console, between whose parts nothing may be said."""
-        return self.status is not None and self.status.writing
-
     def _poll_console(self, now_ms):
-        status = self.status
-        if status and time.ticks_diff(now_ms, status.due_ms) >= 0:
-            status.update(now_ms)
-            if status.writing:
-                return
-            if status.finished:
-                self.status = status = None
-                erase("firmware.status")
-        if self._console or ready(self._typed):
+        if not self.writing and (self._console or ready(self._typed)):
             self.console.update()
 
 

@@ -1,5 +1,7 @@
 """What the console of an `Application` answers; loaded when something is typed."""
 
+import time
+
 from firmware.forget import erase
 
 
@@ -14,16 +16,30 @@ def add_commands(console, application):
             loaded.append(ConfigCommand(application))
         loaded[0](arguments)
 
+    says = []
+
     def status(arguments):
-        if application.status is None:
+        if not says:
             try:
                 from firmware.status import Status
 
-                application.status = Status(application)
+                says.append(Status(application))
             except MemoryError:
                 print('{"ghst": "error", "text": "not enough memory for it"}')
                 return
-        application.status.command(arguments)
+            application.steps.append(say)
+        says[0].command(arguments)
+
+    def say(now_ms):
+        status = says[0]
+        if time.ticks_diff(now_ms, status.due_ms) < 0:
+            return
+        status.update(now_ms)
+        application.writing = status.writing
+        if status.finished:
+            says.clear()
+            application.steps.remove(say)
+            erase("firmware.status")
 
     def calibrate(arguments):
         magnetometer = application.sensors.get("magnetometer")

@@ -20,7 +20,6 @@ class Reporter:
         self.hello = hello
         self.fault = None
         self._room = Room()
-        self._asked = False
         self._shown = (None, 0, 0)
 
     def count(self, fault):
@@ -33,21 +32,15 @@ class Reporter:
         application = self.application
         control = application.adapter.control
         now = (control.link, control.stuck, application.faults)
-        if now == self._shown and not self._asked:
-            return
-        if application.writing or not self._room.free():
+        if now == self._shown or application.writing or not self._room.free():
             return
         before = self._shown
         self._shown = now
-        if self._asked:
-            self._asked = False
-            self._write(None, None)
-        else:
-            self._write(before, now)
+        self._write(before, now if before else None)
 
-    def show(self, arguments=""):
+    def show(self, arguments):
         """Has `update` print all of the state; what the empty line asks for."""
-        self._asked = True
+        self._shown = None
 
     def _write(self, before, now):
         # Needed now and then, so not kept.

@@ -11,21 +11,19 @@ Sources: RP2040 and RP2350 datasheets, chapter USB; MicroPython's shared/tinyusb
 the number of the endpoint.
 """
 
-# ruff: noqa: F821 - ptr32 is viper's own name
 import select
 import sys
 import time
 
-import micropython
+import machine
 from micropython import const
 
 _ROOM = const(256)
 _ROOM_ELSEWHERE = const(16)  # on a UART: MicroPython writes into its FIFO
-_RP2 = sys.platform == "rp2"
 
-_BUFFER_CONTROL = 0x50100090  # of endpoint 2, towards the host
+_BUFFER_CONTROL = const(0x50100090)  # of endpoint 2, towards the host
 _AVAILABLE = const(0x04000400)  # one of its two buffers waits for the host
-_FRAME_NUMBER = 0x50110048  # SOF_RD: the milliseconds of the bus, as its host counts them
+_FRAME_NUMBER = const(0x50110048)  # SOF_RD: the milliseconds of the bus, as its host counts them
 _FRESH_MS = const(20)
 
 
@@ -50,7 +48,7 @@ class Room:
 
         0 while there are others before them, without a host, and for the first time.
         """
-        if not _RP2:
+        if sys.platform != "rp2":
             return _ROOM_ELSEWHERE if ready(self._output) else 0
         now_ms = time.ticks_ms()
         elapsed_ms = time.ticks_diff(now_ms, self._asked_ms)
@@ -58,19 +56,12 @@ class Room:
             return 0
         self._asked_ms = now_ms
         before = self._frame
-        self._frame = _frame_number()
+        self._frame = machine.mem32[_FRAME_NUMBER]
         if elapsed_ms > _FRESH_MS or self._frame == before:
             return 0
-        # The poll runs MicroPython's USB code, so what became idle before is known to it. What
-        # becomes idle meanwhile may get the next bytes right away.
-        return _ROOM if _idle() and ready(self._output) and _idle() else 0
-
-
-@micropython.viper
-def _idle() -> bool:
-    return ptr32(int(_BUFFER_CONTROL))[0] & _AVAILABLE == 0
-
-
-@micropython.viper
-def _frame_number() -> int:
-    return ptr32(int(_FRAME_NUMBER))[0]
+        # Twice: the poll runs MicroPython's USB code, so what became idle before is known to it.
+        # What becomes idle meanwhile may get the next bytes right away.
+        for _ in range(2):
+            if machine.mem32[_BUFFER_CONTROL] & _AVAILABLE or not ready(self._output):
+                return 0
+        return _ROOM

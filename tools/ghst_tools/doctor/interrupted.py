@@ -17,9 +17,8 @@ def look(port: str) -> Iterator[Finding]:
         with connect(port) as transport:
             identity = identify(transport)
             version = ".".join(map(str, identity.version))
-            text = (
-                f"{identity.machine}, {identity.name} {version}, code for {identity.architecture}"
-            )
+            text = f"{identity.machine}, {identity.name} {version}"
+            text += f", .mpy files for {identity.architecture}"
             yield Finding(GOOD, port, text)
             names = [n for n in boards.names() if boards.load(n).machine == identity.machine]
             if not names:
