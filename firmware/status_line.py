@@ -5,13 +5,13 @@ and to write one takes next to no memory.
 """
 
 # ruff: noqa: F821 - ptr8, ptr16 and ptr32 are viper's own names
-import sys
 from array import array
 
-import machine
 import micropython
 import uctypes
 from micropython import const
+
+from firmware.status_outputs import places
 
 # Words of a field.
 _END = const(0)  # where it ends in the line
@@ -164,7 +164,7 @@ class StatusLine:
             self._field(7, pulses + 2 * channel, _PULSE_SCALE)
             self.text += b","
         self.text[-1:] = b'],"outputs_us":{'
-        for pin, address, scale in _compares(adapter.outputs):
+        for pin, address, scale in places(adapter.outputs, -_PULSE_SCALE):
             self.text += b'"' + str(pin).encode() + b'":'
             self._field(8, address, scale)
             self.text += b","
@@ -193,23 +193,6 @@ class StatusLine:
                 value = _FALSE
             values[index] = value
         _write(self.text, self._fields, len(self._fields), _TEXTS)
-
-
-def _compares(outputs):
-    """Yields GPIO, address of the halfword with its pulse, and its scale."""
-    if sys.platform != "rp2":
-        # LEDC does not tell: what it was given.
-        for index, pin in enumerate(outputs.pins):
-            yield pin, uctypes.addressof(outputs.shown) + 2 * index, -_PULSE_SCALE
-        return
-    from firmware import chip
-
-    base = chip.this_chip().PWM
-    for pin in outputs.pins:
-        registers = base + (pin >> 1 & 7) * chip.PWM_SLICE_SIZE
-        divider = machine.mem32[registers + chip.PWM_DIVIDER]  # in sixteenths
-        scale = round(divider * 100_000_000 / machine.freq())
-        yield pin, registers + chip.PWM_COMPARE + 2 * (pin & 1), scale
 
 
 # fmt: off
