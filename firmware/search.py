@@ -53,16 +53,15 @@ class Search:
         return None
 
     def _answers(self, now_ms, i2c, addresses):
+        if self.bus and not self.bus.ready(now_ms):
+            return False
         for address in addresses:
-            if self.bus:
-                if self.bus.ready(now_ms) and self.bus.read(address, 0, bytearray(1)):
-                    return True
-                continue
             try:
+                # The register's number alone: to read one might take a measurement away.
                 if i2c.writeto(address, b"\0"):
                     return True
             except OSError as error:
                 # A bus that hangs is one with something on it, which the sensor will free.
-                if error.errno == errno.ETIMEDOUT:
+                if error.errno == errno.ETIMEDOUT and not self.bus:
                     return True
         return False

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-KEPT = ("_machine", "_msp_read", "_words")
+KEPT = ("_machine", "_msp_read", "_pwm", "_unit", "_words")
 """Private names that stay: of MicroPython itself, and those that tests look at."""
 
 _PRIVATE = re.compile(r"_[A-Za-z][A-Za-z0-9_]*\Z")
