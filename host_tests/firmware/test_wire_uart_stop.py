@@ -15,6 +15,7 @@ from uart_rig import (
 )
 
 from forked import forked
+from ghst_tools import boards, device_files
 
 REFUSED = """
 def refused(*arguments, **options):
@@ -96,7 +97,13 @@ STOP = """
 @pytest.fixture(scope="module")
 def started_again(micropython_image: Path, firmware_files: dict[str, bytes]) -> UartPico:
     """A Pico whose fourth adapter runs; for forked tests only."""
-    pico = new_pico(micropython_image, firmware_files)
+    # Boards with this chip do not get the driver for soft interrupts.
+    board = boards.load("rpi_pico")
+    modules = device_files.sources(board=board)
+    modules["firmware/uart_link.py"] = boards.checkout() / "firmware/uart_link.py"
+    compiled = device_files.compile_modules(modules, board.mpy_arch)
+    path = "/lib/firmware/uart_link.mpy"
+    pico = new_pico(micropython_image, firmware_files | {path: compiled[path]})
     pico.run(f"adapter.poll(); refill(){STOP}", options='wire="uart"', setup=REFUSED + SETUP)
     pico.driven.clear()
     return pico
