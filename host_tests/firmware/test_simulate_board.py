@@ -119,6 +119,9 @@ def test_servos_follow_telemetry_comes_back_and_the_slot_is_measured(pico: Pico)
 
 @pytest.mark.boot(BATTERY)
 def test_the_wire_behind_a_tcp_port(pico: Pico) -> None:
+    pico.board.adc(0).set_volts(16.8 / 11)
+    # The battery is found, and what measures it loaded.
+    pico.board.run_for(0.5e9)
     told: list[str] = []
     server = WireServer(pico.wire, pico.meter, 0, told.append)
     line: Any = open_wire(server.address)
