@@ -11,6 +11,7 @@ import selftest_pads as pads
 import selftest_pulses as pulses
 from firmware.adapter import Adapter
 from firmware.msp import Msp
+from firmware.search import Search
 from firmware.telemetry import Telemetry
 from micropython import const
 from selftest_player import Player
@@ -43,6 +44,30 @@ class _Battery:
         return True
 
 
+class _Recorded:
+    """An adapter's control path and receiver; `frame` is what was sent last."""
+
+    frame = None
+
+    def __init__(self, adapter):
+        self.control = self
+        self.receiver = adapter.receiver
+        self.discard = adapter.control.discard
+        self._control = adapter.control
+
+    @property
+    def link(self):
+        return self._control.link
+
+    @property
+    def slot_free(self):
+        return self._control.slot_free
+
+    def send(self, frame):
+        self.frame = bytes(frame)
+        self._control.send(frame)
+
+
 class _Application:
     """What `Msp` and `Telemetry` need of a `firmware.application.Application`."""
 
@@ -60,10 +85,14 @@ class _Application:
 
     def __init__(self, adapter):
         self.receiver = adapter.receiver
-        self.sensors = {"battery": _Battery()}
+        self.search = Search({})
+        battery = _Battery()
+        self.sensors = {"battery": battery}
         self.msp = Msp(self)
-        self.telemetry = Telemetry(adapter, self.sensors, self.msp)
+        self.recorded = _Recorded(adapter)
+        self.telemetry = Telemetry(self.recorded, self.msp)
         self.telemetry.armed = True
+        self.steps = (self.telemetry.add("battery", battery), self.telemetry.update)
 
 
 class Bench:
@@ -187,9 +216,9 @@ class Bench:
             now_ms = time.ticks_ms()
             if time.ticks_diff(now_ms, begun_ms) > _FRAME_MS:
                 return None
-            for step in self._application.telemetry.steps:
+            for step in self._application.steps:
                 step(now_ms)
-        return bytes(self._application.telemetry._frame).hex()
+        return self._application.recorded.frame.hex()
 
     def lose(self, transmissions):
         """Sends all of these, then nothing; returns the ms from then to failsafe, None: never."""
