@@ -13,7 +13,7 @@ from firmware import chip
 from firmware import interrupts as word
 from firmware.interrupts import frame_handler, tick_handler
 from firmware.limits import SHAPES
-from ghst.decoder import HEAD, LINE_QUIET, RF_PROTOCOL, RING, TAIL, scan
+from ghst.decoder import RING, scan
 
 _TICK_MS = 10
 _WATCHDOG_MS = 1000
@@ -66,9 +66,6 @@ class Control:
         words[word.WRITE_REGISTER] = wire.write_register
         words[word.ADDRESS_REGISTER] = wire.address_register
         words[word.GAP_ADDRESS] = wire.gap_address
-        words[word.HEAD] = address(receiver.memory) + 4 * HEAD
-        words[word.TAIL] = address(receiver.memory) + 4 * TAIL
-        words[word.LINE_QUIET] = address(receiver.memory) + 4 * LINE_QUIET
         words[word.MEMORY] = address(receiver.memory)
         words[word.PULSES] = address(receiver.pulses)
         words[SHAPES] = outputs.shapes.address if outputs.shapes else 0
@@ -84,7 +81,6 @@ class Control:
         words[word.INTERRUPT_BIT] = 1 << wire.interrupt
         words[word.FORCE_REGISTER], words[word.FORCE_BIT] = wire.force_interrupt
         words[word.WATCHDOG_REGISTER] = registers.WATCHDOG + chip.WATCHDOG_LOAD
-        words[word.RF_PROTOCOL] = address(receiver.memory) + 4 * RF_PROTOCOL
         words[word.SLOT_WORDS] = address(slot.words)
         words[word.SLOT_WORDS_END] = address(slot.words) + 4 * len(slot.words)
         words[word.SLOT_FRAME] = address(slot.frame)

@@ -11,6 +11,15 @@ import micropython
 from micropython import const
 
 from firmware.limits import FAILSAFE, HOLD, LINKED, MAXIMUM, MINIMUM, SHAPES
+from ghst.decoder import (
+    COUNTER_MASK,
+    HEAD,
+    LINE_QUIET,
+    RF_PROTOCOL,
+    RING,
+    SKIPPED_BYTES,
+    TAIL,
+)
 
 # Words of a PWM slice in the table of the outputs: address of its compare register; then for its
 # outputs A and B the address of the pulse, PWM counts of a quarter microsecond times 65536, what
@@ -29,10 +38,10 @@ CLOCK_REGISTER = const(5)
 WRITE_REGISTER = const(6)
 ADDRESS_REGISTER = const(7)
 GAP_ADDRESS = const(8)
-HEAD = const(9)  # addresses of the decoder's words
-TAIL = const(10)
-LINE_QUIET = const(11)
-RF_PROTOCOL = const(12)
+SCANNED = const(9)  # microsecond clock when the ring was looked at last
+FAILSAFE_US = const(10)
+TICKS = const(11)
+LOOPS = const(12)  # written by the main loop alone
 PULSES = const(13)
 FAILSAFE_PULSES = const(14)
 SENT_REGISTER = const(15)  # flag 4 of it: the slot's state machine has begun to send
@@ -46,32 +55,29 @@ TELEMETRY_FRAMES = const(22)
 COLLISIONS = const(23)
 MEMORY = const(24)  # address of the decoder's memory
 # 25 is SHAPES: address of what the shapes' function works on, or 0
-FAILSAFE_US = const(26)
-FAILSAFES = const(27)
-TICKS = const(28)
-LOOPS = const(29)  # written by the main loop alone
-SEEN_LOOPS = const(30)
-IDLE_TICKS = const(31)
-STUCK = const(32)  # how often the main loop stood still
-UNREAD_TICKS = const(33)
-SEEN_TAIL = const(34)
-DEAD = const(35)  # the frame interrupt does not answer: no pulses, and the watchdog starves
-FAILSAFE_RULES = const(36)
-OUTPUTS = const(37)
-MASK_REGISTER = const(38)  # these mask and unmask it
-UNMASK_REGISTER = const(39)
-INTERRUPT_BIT = const(40)
-FORCE_REGISTER = const(41)  # sets the interrupt flag of the wire's state machine
-FORCE_BIT = const(42)
-WATCHDOG_REGISTER = const(43)
-WATCHDOG_LOAD = const(44)  # 0 = no watchdog
-LED_ON = const(45)
-LED_OFF = const(46)
-LED_MASK = const(47)
-BROKEN = const(48)  # the configuration is: for the LED
-LOST = const(49)  # address of a word that is set when the link ends
-CHECKS_END = const(50)
-CHECKS = const(51)  # address and bits of each thing that must stay switched on
+SEEN_LOOPS = const(26)
+IDLE_TICKS = const(27)
+STUCK = const(28)  # how often the main loop stood still
+UNREAD_TICKS = const(29)
+SEEN_TAIL = const(30)
+FAILSAFES = const(31)
+DEAD = const(32)  # the frame interrupt does not answer: no pulses, and the watchdog starves
+FAILSAFE_RULES = const(33)
+OUTPUTS = const(34)
+MASK_REGISTER = const(35)  # these mask and unmask it
+UNMASK_REGISTER = const(36)
+INTERRUPT_BIT = const(37)
+FORCE_REGISTER = const(38)  # sets the interrupt flag of the wire's state machine
+FORCE_BIT = const(39)
+WATCHDOG_REGISTER = const(40)
+WATCHDOG_LOAD = const(41)  # 0 = no watchdog
+LED_ON = const(42)
+LED_OFF = const(43)
+LED_MASK = const(44)
+BROKEN = const(45)  # the configuration is: for the LED
+LOST = const(46)  # address of a word that is set when the link ends
+CHECKS_END = const(47)
+CHECKS = const(48)  # address and bits of each thing that must stay switched on
 
 SENT_FLAG = const(16)
 
@@ -80,14 +86,15 @@ _STUCK_TICKS = const(200)
 _RESET_TICKS = const(500)
 _FRAME_BYTES = const(14)
 _UNREAD_LIMIT = const(3)
+# A frame takes 0.33 ms and the next comes 1.6 ms behind it at the earliest: what has not come on
+# within 1.024 ms, 1 << 10 us, comes no more.
+_PAUSE_SHIFT = const(10)
 # Our echo is complete 1.35 ms after the control frame; were it cut short, the gap behind it would
 # be noticed at 1.5 ms. The next frame of the receiver is not complete before 2 ms.
 _ECHO_LIMIT_US = const(1700)
-_RING = const(512)  # where the ring stands in the decoder's memory
 # Modes with a downlink: Normal (5), Race (6), Long Range (8), Race250 (10).
 _BIDIRECTIONAL = const(0x560)
 _TELEMETRY_REQUESTED = const(0x20)
-_COUNTER_MASK = const(0x3FFFFFFF)
 
 # One bit is eight ticks: a pattern of 16 bits takes 1.28 s.
 _LED_SEARCHING = const(0x00FF)
@@ -112,26 +119,34 @@ def frame_handler(context, scan, shape):
     @micropython.viper
     def on_frame(_machine):
         c = ptr32(int(context))
+        words = ptr32(c[MEMORY])
+        index = c[SCANNED]
+        c[SCANNED] = ptr32(c[CLOCK_REGISTER])[0]
+        if (c[SCANNED] - index) >> _PAUSE_SHIFT:
+            # A burst that ended as frames do may have left what no later one completes.
+            index = words[SKIPPED_BYTES] + ((words[HEAD] - words[TAIL]) & 255)
+            words[SKIPPED_BYTES] = index & COUNTER_MASK
+            words[TAIL] = RING | words[HEAD]
         if ptr32(c[ADDRESS_REGISTER])[0] == c[GAP_ADDRESS]:
-            ptr32(c[LINE_QUIET])[0] = 1
-        ptr32(c[HEAD])[0] = ptr32(c[WRITE_REGISTER])[0] & 255
+            words[LINE_QUIET] = 1
+        words[HEAD] = ptr32(c[WRITE_REGISTER])[0] & 255
         if ptr32(c[SENT_REGISTER])[0] & SENT_FLAG:
             ptr32(c[SENT_REGISTER])[0] = SENT_FLAG
             c[SLOT] = 0
-            c[TELEMETRY_FRAMES] = (c[TELEMETRY_FRAMES] + 1) & _COUNTER_MASK
+            c[TELEMETRY_FRAMES] = (c[TELEMETRY_FRAMES] + 1) & COUNTER_MASK
             index = 0
             if uint(ptr32(c[CLOCK_REGISTER])[0] - c[STAMP]) < uint(_ECHO_LIMIT_US):
-                tail = ptr32(c[TAIL])[0]
-                head = ptr32(c[HEAD])[0]
+                tail = words[TAIL]
+                head = words[HEAD]
                 if (head - tail) & 255 == _FRAME_BYTES:
                     ring = ptr8(c[RING_ADDRESS])
                     frame = ptr8(c[SLOT_FRAME])
                     while index < _FRAME_BYTES and ring[(tail + index) & 255] == frame[index]:
                         index += 1
-                ptr32(c[TAIL])[0] = _RING | head
-                ptr32(c[LINE_QUIET])[0] = 0
+                words[TAIL] = RING | head
+                words[LINE_QUIET] = 0
             if index != _FRAME_BYTES:
-                c[COLLISIONS] = (c[COLLISIONS] + 1) & _COUNTER_MASK
+                c[COLLISIONS] = (c[COLLISIONS] + 1) & COUNTER_MASK
         controls = int(scan(c[MEMORY], c[PULSES]))
         if controls and c[SHAPES]:
             # In memory, because each argument and each result cost half a microsecond.
@@ -172,13 +187,13 @@ def frame_handler(context, scan, shape):
                 ptr32(slice[0])[0] = (high << 16) | low
                 at += 4 * SLICE_WORDS
         if controls and c[SLOT]:
-            protocol = ptr32(c[RF_PROTOCOL])[0]
+            protocol = words[RF_PROTOCOL]
             ring = ptr8(c[RING_ADDRESS])
             head = ptr32(c[WRITE_REGISTER])[0]
             # Not if other bytes stand behind the control frame, even a frame: the slot is lost.
             if (
                 (protocol & _TELEMETRY_REQUESTED) | ((_BIDIRECTIONAL >> (protocol & 31)) & 1)
-                and head & 255 == ptr32(c[HEAD])[0]
+                and head & 255 == words[HEAD]
                 and ring[(head - _FRAME_BYTES) & 255] == 0x82
                 and ring[(head - _FRAME_BYTES + 2) & 255] & 0xD0 == 0x10
             ):
@@ -237,7 +252,7 @@ def tick_handler(context):
                 while index < 16:
                     channels[index] = 0
                     index += 1
-                ptr32(c[RF_PROTOCOL])[0] = 0
+                ptr32(c[MEMORY])[RF_PROTOCOL] = 0
                 ptr32(c[LOST])[0] = 1
                 c[LINK] = FAILSAFE
                 c[FAILSAFES] = c[FAILSAFES] + 1
@@ -256,7 +271,7 @@ def tick_handler(context):
 
         # The frame interrupt never leaves as much as a frame unread: if it does, and its place in
         # the ring stands still, it is dead.
-        tail = ptr32(c[TAIL])[0]
+        tail = ptr32(c[MEMORY])[TAIL]
         if tail != c[SEEN_TAIL]:
             c[SEEN_TAIL] = tail
             c[UNREAD_TICKS] = 0

@@ -79,14 +79,24 @@ def test_a_cut_off_frame_costs_no_other(pico: Pico, length: int) -> None:
 
 
 @pytest.mark.run()
-def test_bytes_before_a_gap_never_join_a_later_frame(pico: Pico) -> None:
-    # The first half of one frame and the second half of another, CRC right for the whole.
-    end = pico.wire.send(FRAME[:7], pico.at(1e6))
-    pico.wire.send(FRAME[7:], end + 1.7e6)
+@pytest.mark.parametrize("pause_us", [1000, 1333])
+@pytest.mark.parametrize("before", [0, 7, 21], ids=["gap", "one frame long", "two frames long"])
+def test_bytes_before_a_pause_never_join_a_later_frame(
+    pico: Pico, before: int, pause_us: int
+) -> None:
+    # The halves of one frame, CRC right for the whole; the interrupt comes behind 14 bytes of a
+    # burst as it does behind a frame.
+    end = pico.wire.send(bytes(before) + FRAME[:7], pico.at(1e6))
+    pico.wire.send(FRAME[7:], end + pause_us * 1e3)
     pico.board.run_for(6e6)
     assert counters(pico)["FRAMES"] == 0
-    assert counters(pico)["SKIPPED_BYTES"] == 14
+    assert counters(pico)["SKIPPED_BYTES"] == before + 14
     assert pico.compares == []
+    # The next one is whole, at once.
+    pico.wire.send(FRAME, pico.at(1e6))
+    pico.board.run_for(2e6)
+    assert counters(pico)["FRAMES"] == 1
+    assert counters(pico)["SKIPPED_BYTES"] == before + 14
 
 
 @pytest.mark.run()

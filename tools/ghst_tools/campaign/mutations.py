@@ -241,7 +241,7 @@ CONTROL_PATH = (
     Mutation(
         "an RF mode that outlasts failsafe",
         _INTERRUPTS,
-        "ptr32(c[RF_PROTOCOL])[0] = 0",
+        "ptr32(c[MEMORY])[RF_PROTOCOL] = 0",
         "c[RF_PROTOCOL] = c[RF_PROTOCOL]",
         (_SLOT, "before_link_data_and_after_failsafe"),
     ),
@@ -267,10 +267,17 @@ CONTROL_PATH = (
         (_WATCHDOG, "dies_with_the_link"),
     ),
     Mutation(
+        "the rest of a burst that waits for the next one",
+        _INTERRUPTS,
+        "_PAUSE_SHIFT = const(10)",
+        "_PAUSE_SHIFT = const(11)",
+        (_FAULTS, "never_join"),
+    ),
+    Mutation(
         "our own echo decoded",
         _INTERRUPTS,
-        "ptr32(c[TAIL])[0] = _RING | head",
-        "ptr32(c[TAIL])[0] = tail",
+        "words[TAIL] = RING | head",
+        "words[TAIL] = tail",
         (_SLOT, "echo"),
     ),
     Mutation(

@@ -33,8 +33,11 @@ _COUNTERS = {
     "skipped_bytes": decoder.SKIPPED_BYTES,
 }
 _FRAME_BYTES = 14
+_BYTE_US = 10e6 / 420_000
+_GAP_US = 150.0
 _BURST_ENDS_US = 250
 """A pause that is longer ends a burst; the firmware waits for 150 us."""
+_PATIENCE_US = 1024.0
 _PAUSES_US = (0.0, 0.0, 0.0, 0.0, 20.0, 90.0, 300.0, 1500.0)
 
 Send = tuple[float, bytes]
@@ -49,24 +52,42 @@ def sends(seed: int, total: int) -> Iterator[list[Send]]:
 
 
 class Listener:
-    """What the firmware has to make of bytes on the wire: the model, and where bursts end.
+    """What the firmware has to make of bytes on the wire: the model, and when it looks at them.
 
-    A burst that ends with its 14th, 28th, ... byte ends as one frame does, so that a part of a
-    frame at its end may still be completed.
+    It looks behind the 14th, 28th, ... byte of a burst, and when a burst breaks off. Bytes are
+    dropped that were unfinished then; and those that were unfinished at the end of a burst which
+    ended with its 14th, 28th, ... byte, if the firmware looks again only after 1.024 ms.
     """
 
     def __init__(self) -> None:
         self.model = Model()
+        self._unread = b""
         self._burst = 0
+        self._now_us = self._looked_us = 0.0
 
     def take(self, pause_us: float, data: bytes) -> int:
         """Bytes after a pause; how many control frames they completed."""
+        controls = 0
         if pause_us > _BURST_ENDS_US:
             if self._burst % _FRAME_BYTES:
+                controls += self._look(self._now_us + _GAP_US)
                 self.model.discard()
             self._burst = 0
-        self._burst += len(data)
-        return self.model.feed(data)
+        self._now_us += pause_us
+        for index in range(len(data)):
+            self._now_us += _BYTE_US
+            self._burst += 1
+            self._unread += data[index : index + 1]
+            if self._burst % _FRAME_BYTES == 0:
+                controls += self._look(self._now_us)
+        return controls
+
+    def _look(self, now_us: float) -> int:
+        if now_us - self._looked_us > _PATIENCE_US:
+            self.model.discard()
+        self._looked_us = now_us
+        unread, self._unread = self._unread, b""
+        return self.model.feed(unread)
 
 
 def one_block(pico: Pico, listener: Listener, block: Sequence[Send]) -> None:
