@@ -301,6 +301,7 @@ def test_a_real_terminal(recorded: str, tmp_path: Path) -> None:
     tmux = Tmux(tmp_path)
     try:
         program = f"{sys.executable} -m ghst_tools.cli monitor --port {recorded}"
+        tmux.until("$")
         tmux.type("echo before", "Enter")
         tmux.type(f"{program}; echo ended $?", "Enter")
         tmux.until("3D fix")
@@ -317,7 +318,7 @@ def test_a_real_terminal(recorded: str, tmp_path: Path) -> None:
         tmux.type("q")
         screen = tmux.until("ended 0")
         # The terminal is as it was: the lines from before, no mouse, a cursor.
-        assert screen.startswith("$ echo before\nbefore\n") and "CH1" not in screen
+        assert screen.startswith("$ echo before\nbefore\n") and "CH1" not in screen, screen
         assert tmux.state("alternate_on") == "0" and tmux.state("cursor_flag") == "1"
         assert tmux.state("mouse_any_flag") == "0"
     finally:
