@@ -47,7 +47,9 @@ class Console:
                     self._answer(bytes(self._line[:length]))
                 return
             if byte in _BACKSPACE:
-                self._length = max(0, self._length - 1)
+                # A line that is too long stays that: what it began with is not what was typed.
+                if 0 < self._length <= _LONGEST:
+                    self._length -= 1
             elif byte == _DROP_LINE:
                 self._length = 0
             else:

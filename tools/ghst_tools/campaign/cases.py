@@ -11,6 +11,7 @@ from ghst_tools import boards
 from ghst_tools.campaign import (
     application_bytes,
     configuration_files,
+    console_bytes,
     library_bytes,
     serial_bytes,
     wire_bytes,
@@ -27,6 +28,7 @@ REPLAYS = {
     "application": application_bytes.replay,
     "configuration": configuration_files.replay,
     "serial": serial_bytes.replay,
+    "console": lambda case, picos: console_bytes.replay(case),
 }
 
 

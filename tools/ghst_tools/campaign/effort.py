@@ -30,7 +30,10 @@ class Effort:
     """Of each kind, on the host and on the unix port."""
     board_files: int
     boots: int
+    console_bytes: int
+    """On the unix port."""
     serial_bytes: int
+    """On the emulated board."""
     flight_s: int
     """Emulated; the emulator runs at a tenth of real time with this load, if that."""
     mutations: int | None
@@ -60,7 +63,8 @@ LONG = Effort(
     files=10_000,
     board_files=300,
     boots=20,
-    serial_bytes=1_000_000,
+    console_bytes=1_000_000,
+    serial_bytes=100_000,
     flight_s=3600,
     mutations=None,
 )
@@ -78,6 +82,7 @@ SHORT = Effort(
     files=500,
     board_files=2,
     boots=1,
+    console_bytes=50_000,
     serial_bytes=2_000,
     flight_s=1,
     mutations=3,

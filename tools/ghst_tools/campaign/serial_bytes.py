@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
+from ghst_tools.campaign import console_bytes
 from ghst_tools.campaign.line import CENTRE
 from ghst_tools.campaign.pico import NO_SENSORS, PERIOD_NS, SERVOS, Pico
 from ghst_tools.campaign.picos import Picos, forked, no_exception
@@ -50,7 +51,8 @@ def _arguments(rng: random.Random, names: Sequence[bytes]) -> bytes:
 
 
 def _long(rng: random.Random, names: Sequence[bytes]) -> bytes:
-    return rng.choice(names) + bytes([rng.randrange(33, 127)]) * rng.randrange(60, 400) + b"\r"
+    line = rng.choice(names) + bytes([rng.randrange(33, 127)]) * rng.randrange(60, 400)
+    return line + b"\x7f" * rng.randrange(3) + b"\r"
 
 
 def _editing(rng: random.Random, names: Sequence[bytes]) -> bytes:
@@ -212,7 +214,16 @@ def fuzz(setting: Setting, flying: bool) -> list[Row]:
     return [Row("USB console, no link", done, f"no output moved; {happened}")]
 
 
+def fuzz_reading(setting: Setting) -> list[Row]:
+    """Bytes on the console as the unix port runs it: which lines are commands."""
+    names = forked(lambda: documented(setting.picos.boot(_CONFIGURATION)))
+    made = list(batches(setting.seed, setting.effort.console_bytes, names))
+    commands = ["", *(name.decode() for name in names)]
+    return console_bytes.fuzz(made, commands, ", ".join(KINDS))
+
+
 def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
     """The trials, by name."""
+    yield "unix port", partial(fuzz_reading, setting)
     yield "no link", partial(fuzz, setting, False)
     yield "link up", partial(fuzz, setting, True)

@@ -1,0 +1,134 @@
+"""Bytes on the board's console, run on MicroPython's unix port: which of them are commands.
+
+The console is the firmware's own; its commands are recorders with the names of the documented
+ones. What they are called with is compared with an independent reading of the same bytes.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from collections.abc import Iterable, Sequence
+from itertools import takewhile
+from typing import Any
+
+from ghst_tools import boards, micropython_image
+from ghst_tools.campaign.verdict import Row, Wrong
+
+LONGEST = 80
+_END = b"~~~"
+_STRAY = 2048
+
+# Typed lines in, one line out for each: the command with its arguments, or that there is none.
+_PROGRAM = """
+import gc, select, sys
+from firmware.console import Console
+poll = select.poll()
+poll.register(sys.stdin, select.POLLIN)
+console = Console(poll)
+ended = False
+def end(arguments):
+    global ended
+    ended = True
+def recorder(name):
+    return lambda arguments: print("{{}}|{{}}".format(name, arguments))
+for name in {names}:
+    console.add(name, recorder(name), "")
+console.add({end!r}, end, "")
+gc.collect()
+before = gc.mem_alloc()
+while not ended:
+    console.update()
+gc.collect()
+# A collection of memory takes what stands on the stack by chance for references.
+print("kept" if gc.mem_alloc() - before > {stray} else "free")
+"""
+
+
+class Reader:
+    """What a console has to make of bytes: the lines of what it prints."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._names = set(names)
+        self._typed = b""
+
+    def lines(self, data: bytes) -> list[str]:
+        """Take bytes; the answers to the lines that they end, but for those that are too long."""
+        *ended, self._typed = (self._typed + data).replace(b"\n", b"\r").split(b"\r")
+        return [answer for line in ended if (answer := self._answer(line))]
+
+    def _answer(self, line: bytes) -> str:
+        typed: list[int] = []
+        for byte in line.rpartition(b"\x15")[2]:
+            if byte not in b"\x08\x7f":
+                typed.append(byte)
+            elif len(typed) <= LONGEST:
+                # A line that is too long stays that.
+                del typed[-1:]
+        if len(typed) > LONGEST:
+            return ""
+        text = "".join(chr(byte) if 32 <= byte <= 126 else "?" for byte in typed).strip(" ")
+        name, _, arguments = text.partition(" ")
+        if name in self._names:
+            return f"{name}|{arguments.strip(' ')}"
+        return f"no command {name!r}: type help"
+
+
+def on_unix(batches: Iterable[bytes], names: Sequence[str], limit_s: float) -> tuple[int, int]:
+    """Type all of it; how many commands and how many other lines were read. Raises Wrong."""
+    reader = Reader(names)
+    expected: list[tuple[str, bytes]] = []
+    with tempfile.TemporaryFile() as file:
+        for batch in batches:
+            file.write(batch)
+            expected += [(line, batch) for line in reader.lines(batch)]
+        file.write(b"\x15" + _END + b"\r")
+        file.seek(0)
+        done = subprocess.run(
+            [
+                micropython_image.unix_micropython(),
+                "-c",
+                _PROGRAM.format(names=list(names), end=_END.decode(), stray=_STRAY),
+            ],
+            env={"MICROPYPATH": f"{boards.checkout() / 'lib'}:{boards.checkout()}:.frozen"},
+            stdin=file,
+            capture_output=True,
+            text=True,
+            timeout=limit_s,
+        )
+    found = done.stdout.splitlines()
+    pairs = zip(found, expected, strict=False)
+    right = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1][0], pairs))
+    if right < len(expected):
+        said = found[right] if right < len(found) else done.stderr.strip()
+        line, batch = expected[right]
+        raise Wrong(f"unix port: {said!r}, must be {line!r}", console_case([batch], names))
+    if found[right:] != ["free"]:
+        raise Wrong(f"unix port: behind all lines: {found[right:]}, {done.stderr.strip()}")
+    commands = sum(1 for line, _ in expected if "|" in line)
+    return commands, len(expected) - commands
+
+
+def console_case(pieces: Sequence[bytes], names: Sequence[str]) -> dict[str, Any]:
+    """What was typed as a case that can be saved."""
+    return {"kind": "console", "pieces": [piece.hex() for piece in pieces], "names": list(names)}
+
+
+def replay(case: dict[str, Any]) -> None:
+    """Type a saved case; raises Wrong."""
+    on_unix([bytes.fromhex(piece) for piece in case["pieces"]], case["names"], 60)
+
+
+def fuzz(batches: Sequence[bytes], names: Sequence[str], kinds: str) -> list[Row]:
+    """Type all batches."""
+    total = sum(map(len, batches))
+    commands, others = on_unix(batches, names, 60 + total / 2_000)
+    return [
+        Row(
+            "console, unix port",
+            f"{total:,} bytes: {kinds}",
+            f"{commands} lines that are documented commands, and nothing else, were handed to "
+            f"them, with their arguments to the letter; {others} lines told to be none; no "
+            f"exception, at most {_STRAY} bytes of the heap kept",
+        )
+    ]
