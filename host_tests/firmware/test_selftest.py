@@ -160,7 +160,7 @@ def test_frames_that_are_damaged_on_the_way_are_told(rig: Rig) -> None:
 def test_a_slot_that_is_late_is_told(rig: Rig) -> None:
     rig.start()
     # Two cycles of 149 ns for each loop more.
-    rig.board.mcu.pio[1].machines[0].input_shift_reg += 336
+    rig.board.pio.by_index[1].machines[0].input_shift_reg += 336
     start, frames = islice(slot.slots(rig.context), 2)
     assert start.verdict is Verdict.FAILED
     low, high = re.fullmatch(r"([\d.]+)\.\.([\d.]+) us, 8 of 8", start.measured).groups()

@@ -24,7 +24,7 @@ from rp2040py.rp2040 import RP2040
 from rp2040py.simulator import Simulator
 from rp2040py.utils.logging import ConsoleLogger, LogLevel
 
-from ghst_tools.emulator import adc, i2c, pio, pwm, timer, uart, watchdog
+from ghst_tools.emulator import adc, bus, i2c, pio, pwm, timer, uart, watchdog
 from ghst_tools.emulator.flash import find_filesystem
 from ghst_tools.emulator.pins import Pin
 from ghst_tools.emulator.repl import RawRepl
@@ -46,6 +46,7 @@ class Board:
 
     def __init__(self, image: Path, filesystem: Path | bytes | None = None) -> None:
         self.mcu: Any = RP2040()
+        bus.install(self.mcu)
         self._simulator = Simulator(rp2040=self.mcu)
         self.clock = self.mcu.clock
         self.mcu.logger = ConsoleLogger(LogLevel.ERROR)
@@ -57,7 +58,8 @@ class Board:
         self._uarts = uart.install(self.mcu)
         self._i2c = i2c.install(self.mcu)
         self.console = Console(self.mcu)
-        self.mcu.load_bootrom(BOOTROM_B1)
+        with self.pio.in_reach():
+            self.mcu.load_bootrom(BOOTROM_B1)
         self._load(image, filesystem)
         self._watchdog.on_watchdog_trigger = self._watchdog_reset
         self._cycles_before_reset = 0
@@ -140,7 +142,8 @@ class Board:
 
     def _reset(self, *, from_watchdog: bool) -> None:
         self._cycles_before_reset = self.cycles
-        self.mcu.enter_reset(from_watchdog=from_watchdog)
+        with self.pio.in_reach():
+            self.mcu.enter_reset(from_watchdog=from_watchdog)
         self.mcu.leave_reset()
         for pin in self._pins:
             pin.refresh()

@@ -35,12 +35,23 @@ def _first(wins: bool, levels: list[bool | None]) -> bool | None:
     return wins if wins in levels else (not wins) if (not wins) in levels else None
 
 
+class _Surroundings:
+    """What a pin of rp2040py's needs of its chip."""
+
+    def __init__(self, mcu: Any, pio: PioBlocks) -> None:
+        self.sio = mcu.sio
+        self.pwm = mcu.pwm
+        self.pio = pio.by_index
+        self.update_io_interrupt = mcu.update_io_interrupt
+
+
 class Pin:
     """One pin. Levels are True (high), False (low) or None (nobody decides)."""
 
     def __init__(self, mcu: Any, pio: PioBlocks, number: int) -> None:
         self.number = number
         self._gpio = mcu.gpio[number]
+        self._gpio.rp2040 = _Surroundings(mcu, pio)
         self._clock = mcu.clock
         self._pio = pio
         self._state = self._gpio.value

@@ -21,6 +21,8 @@ Source: RP2040 datasheet, chapter 3.
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from typing import Any
 
 from rp2040py.irq import IRQ
@@ -52,6 +54,7 @@ class Pio(RPPIO):  # type: ignore[misc]
         self._synced_ns = 0.0
         self.running = False
         self._busy = False
+        self.enabled_machines: tuple[Any, ...] = ()
         self._conditional: dict[int, int] = {}  # program address -> push/pull with a condition
         self._countdowns = Countdowns(mcu, self)
 
@@ -129,12 +132,14 @@ class Pio(RPPIO):  # type: ignore[misc]
         for machine in self.machines:
             self._join(machine)
         self.running = False
+        self.enabled_machines = ()
         self._conditional.clear()
         self._countdowns.forget()
         self._alarm.cancel()
 
     def _set_running(self) -> None:
-        running = any(machine.enabled for machine in self.machines)
+        self.enabled_machines = tuple(machine for machine in self.machines if machine.enabled)
+        running = bool(self.enabled_machines)
         if running and not self.running:
             self._synced_ns = self._clock.nanos
         self.running = running
@@ -159,9 +164,9 @@ class Pio(RPPIO):  # type: ignore[misc]
     def _suppress_conditional(self, due: int) -> dict[int, int]:
         """Turn conditional pushes and pulls that must do nothing now into plain delays."""
         patched: dict[int, int] = {}
-        for machine in self.machines:
+        for machine in self.enabled_machines:
             opcode = self._conditional.get(machine.pc)
-            if opcode is None or not machine.enabled or machine.waiting:
+            if opcode is None or machine.waiting:
                 continue
             if machine.next_due_fp <= due and _condition_false(machine, opcode):
                 patched[machine.pc] = opcode
@@ -192,16 +197,39 @@ def _condition_false(machine: Any, opcode: int) -> bool:
     return bool(machine.input_shift_count < machine.push_threshold)
 
 
+class _Blocks(tuple[Pio, ...]):
+    """Both blocks, empty to those who walk them.
+
+    rp2040py's pins walk the blocks to wake machines; `PioBlocks.input_changed` does that here.
+    """
+
+    def __iter__(self) -> Iterator[Pio]:
+        return iter(())
+
+
 class PioBlocks:
-    """Both PIO blocks of the chip."""
+    """Both PIO blocks of the chip, and `by_index` what rp2040py's pins take for them.
+
+    rp2040py walks the blocks of its chip after every CPU instruction to advance them. There is
+    nothing for it to do here, so the chip has none, but while it is `in_reach` of them.
+    """
 
     def __init__(self, mcu: Any) -> None:
+        self._mcu = mcu
         self._blocks = (
             Pio(mcu, "PIO0", IRQ.PIO0_IRQ0, 0),
             Pio(mcu, "PIO1", IRQ.PIO1_IRQ0, 1),
         )
-        mcu.pio = _ByIndex(self._blocks)
+        self.by_index = _Blocks(self._blocks)
+        mcu.pio = ()
         mcu.peripherals[0x50200], mcu.peripherals[0x50300] = self._blocks
+
+    @contextlib.contextmanager
+    def in_reach(self) -> Iterator[None]:
+        """Let the chip find its blocks, to reset them."""
+        self._mcu.pio = self.by_index
+        yield
+        self._mcu.pio = ()
 
     def catch_up(self) -> None:
         """Bring both blocks up to the present, before an input changes."""
@@ -213,25 +241,11 @@ class PioBlocks:
         for block in self._blocks:
             if not block.running:
                 continue
-            for machine in block.machines:
+            for machine in block.enabled_machines:
                 waits = machine.waiting and machine.wait_type == WaitType.PIN
-                if waits and machine.wait_index == pin and machine.enabled:
+                if waits and machine.wait_index == pin:
                     machine.check_wait()
             block.arm()
-
-
-class _ByIndex(list[Pio]):
-    """Empty to those who walk it, yet with a first and a second element.
-
-    rp2040py walks its PIO blocks after every CPU instruction to advance them; there is nothing
-    for it to do here, and an empty list makes it a quarter faster.
-    """
-
-    def __init__(self, blocks: tuple[Pio, ...]) -> None:
-        self._blocks = blocks
-
-    def __getitem__(self, index: Any) -> Any:
-        return self._blocks[index]
 
 
 def install(mcu: Any) -> PioBlocks:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 _ALWAYS, _X_DECREMENT, _PIN = 0, 2, 6
 _LONGEST = 4  # instructions
+_NEVER = 1 << 62
 
 
 class _Loop(NamedTuple):
@@ -25,7 +26,7 @@ class Countdowns:
     """Knows for the state machines of one block whether they count down."""
 
     def __init__(self, mcu: Any, block: Any) -> None:
-        self._mcu = mcu
+        self._gpio = mcu.gpio
         self._block = block
         # By machine, program counter and level of its jump pin.
         self._loops: dict[tuple[int, int, bool], _Loop | None] = {}
@@ -37,7 +38,7 @@ class Countdowns:
     def skip(self, target_fp: int) -> None:
         """Take off the rounds that are complete before `target_fp`, but for the last one."""
         skipped = False
-        for machine in self._block.machines:
+        for machine in self._block.enabled_machines:
             loop = self._loop(machine)
             if loop is None:
                 continue
@@ -52,30 +53,29 @@ class Countdowns:
 
     def next_due_fp(self) -> int:
         """When something has to be run next."""
-        due = self._block.next_due_fp
-        machines = self._block.machines
-        loops = [self._loop(machine) for machine in machines]
-        if not any(loops):
-            return int(due)
-        earliest = None
-        for machine, loop in zip(machines, loops, strict=True):
-            if not machine.enabled or machine.waiting:
+        counting = False
+        earliest = _NEVER
+        for machine in self._block.enabled_machines:
+            if machine.waiting:
                 continue
             at = machine.next_due_fp
+            loop = self._loop(machine)
             if loop is not None:
                 at += (machine.x - 1) * loop.cycles * machine.div_fp
-            if earliest is None or at < earliest:
+                counting = True
+            if at < earliest:
                 earliest = at
-        return int(due if earliest is None else earliest)
+        return int(earliest if counting else self._block.next_due_fp)
 
     def _loop(self, machine: Any) -> _Loop | None:
-        if not machine.enabled or machine.waiting or machine.x < 2:
+        if machine.waiting or machine.x < 2:
             return None
-        level = bool(self._mcu.gpio[machine.jmp_pin].input_value)
+        level = self._gpio[machine.jmp_pin].input_value
         key = (machine.index, machine.pc, level)
-        if key not in self._loops:
-            self._loops[key] = self._find(machine, level)
-        loop = self._loops[key]
+        try:
+            loop = self._loops[key]
+        except KeyError:
+            loop = self._loops[key] = self._find(machine, level)
         if loop is None or not self._side_set_stays(machine, loop.side):
             return None
         return loop
