@@ -40,4 +40,5 @@ fi
 echo "venv: installing the packages of tools/constraints.txt" >&2
 .venv/bin/python -m pip install --quiet --disable-pip-version-check \
     -c tools/constraints.txt -e '.[board,test]' || fail "pip could not install the packages"
+.venv/bin/python tools/compile_emulator.py
 touch "$stamp"
