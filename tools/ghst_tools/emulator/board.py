@@ -24,7 +24,7 @@ from rp2040py.rp2040 import RP2040
 from rp2040py.simulator import Simulator
 from rp2040py.utils.logging import ConsoleLogger, LogLevel
 
-from ghst_tools.emulator import adc, bus, i2c, pio, pwm, timer, uart, watchdog
+from ghst_tools.emulator import adc, bus, i2c, pio, pwm, sio, timer, uart, watchdog
 from ghst_tools.emulator.flash import find_filesystem
 from ghst_tools.emulator.pins import Pin
 from ghst_tools.emulator.repl import RawRepl
@@ -52,6 +52,7 @@ class Board:
         self.mcu.logger = ConsoleLogger(LogLevel.ERROR)
         self.pio = pio.install(self.mcu)
         pwm.install(self.mcu)
+        sio.install(self.mcu)
         self._watchdog = watchdog.install(self.mcu)
         self._timer = timer.install(self.mcu)
         self._adc = adc.install(self.mcu)
