@@ -2,7 +2,7 @@
 
 rp2040py 0.3.6 runs at most one PIO instruction per CPU instruction and writes off what it could
 not run, so PIO loses time whenever the CPU sleeps or an instruction takes long. Here a clock
-alarm runs each state machine at the very cycle it is due, and every access from outside (a
+alarm runs each state machine at the very cycle it does something, and every access from outside (a
 register, an input pin) first brings the block up to the present.
 
 Also repaired:
@@ -12,8 +12,9 @@ Also repaired:
 * An instruction forced through `SMx_INSTR` replaces the one the state machine is stalled in; the
   stalled one is tried again afterwards, from wherever the program counter then stands.
 
-A loop that only counts down (`Countdown`) is not run step by step: its rounds are taken off its
-counter when somebody looks, which gives the same state at the same cycle.
+A loop that only counts down (`Countdowns`) is not run step by step: its rounds are taken off its
+counter when somebody looks, which gives the same state at the same cycle. Nor is the block woken
+for instructions that nobody can see (`Quiet`): they run at its next look, in one go.
 
 Not modelled: the two-cycle input synchroniser (a state machine sees a pin 16 ns too early).
 Source: RP2040 datasheet, chapter 3.
@@ -82,7 +83,7 @@ class Pio(RPPIO):  # type: ignore[misc]
         self._busy = False
 
     def arm(self) -> None:
-        """Set the alarm for the next instruction that is due."""
+        """Set the alarm for the next instruction that is due and may be seen."""
         if not self.running or self._busy:
             return
         ahead = self._countdowns.next_due_fp() - self.cycle_fp

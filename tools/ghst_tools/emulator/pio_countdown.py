@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ghst_tools.emulator.pio_quiet import Quiet, side_set_stays
+
 _ALWAYS, _X_DECREMENT, _PIN = 0, 2, 6
 _LONGEST = 4  # instructions
 _NEVER = 1 << 62
@@ -28,12 +30,14 @@ class Countdowns:
     def __init__(self, mcu: Any, block: Any) -> None:
         self._gpio = mcu.gpio
         self._block = block
+        self._quiet = Quiet(mcu, block)
         # By machine, program counter and level of its jump pin.
         self._loops: dict[tuple[int, int, bool], _Loop | None] = {}
 
     def forget(self) -> None:
         """A program or a setting may have changed."""
         self._loops.clear()
+        self._quiet.forget()
 
     def skip(self, target_fp: int) -> None:
         """Take off the rounds that are complete before `target_fp`, but for the last one."""
@@ -52,20 +56,24 @@ class Countdowns:
             self._block.recompute_due()
 
     def next_due_fp(self) -> int:
-        """When something has to be run next."""
-        counting = False
+        """When something that may be seen has to be run next."""
+        later = False
         earliest = _NEVER
         for machine in self._block.enabled_machines:
             if machine.waiting:
                 continue
-            at = machine.next_due_fp
             loop = self._loop(machine)
             if loop is not None:
-                at += (machine.x - 1) * loop.cycles * machine.div_fp
-                counting = True
+                cycles = (machine.x - 1) * loop.cycles
+            else:
+                cycles = self._quiet.cycles(machine)
+            at = machine.next_due_fp
+            if cycles:
+                at += cycles * machine.div_fp
+                later = True
             if at < earliest:
                 earliest = at
-        return int(earliest if counting else self._block.next_due_fp)
+        return int(earliest if later else self._block.next_due_fp)
 
     def _loop(self, machine: Any) -> _Loop | None:
         if machine.waiting or machine.x < 2:
@@ -76,7 +84,7 @@ class Countdowns:
             loop = self._loops[key]
         except KeyError:
             loop = self._loops[key] = self._find(machine, level)
-        if loop is None or not self._side_set_stays(machine, loop.side):
+        if loop is None or not side_set_stays(self._block, machine, loop.side):
             return None
         return loop
 
@@ -105,10 +113,3 @@ class Countdowns:
             if pc == machine.pc:
                 return _Loop(cycles, sides.pop()) if counted == len(sides) == 1 else None
         return None
-
-    def _side_set_stays(self, machine: Any, side: int) -> bool:
-        if not machine.sideset_count:
-            return True
-        block = self._block
-        pins = block.pin_directions if machine.exec_ctrl >> 29 & 1 else block.pin_values
-        return bool(pins >> machine.sideset_base & 1 == side)
