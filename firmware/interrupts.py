@@ -38,7 +38,7 @@ CLOCK_REGISTER = const(5)
 WRITE_REGISTER = const(6)
 ADDRESS_REGISTER = const(7)
 GAP_ADDRESS = const(8)
-SCANNED = const(9)  # microsecond clock when the ring was looked at last
+UNFINISHED = const(9)  # microsecond clock when bytes were left in the ring, or 0
 FAILSAFE_US = const(10)
 TICKS = const(11)
 LOOPS = const(12)  # written by the main loop alone
@@ -71,8 +71,8 @@ FORCE_REGISTER = const(38)  # sets the interrupt flag of the wire's state machin
 FORCE_BIT = const(39)
 WATCHDOG_REGISTER = const(40)
 WATCHDOG_LOAD = const(41)  # 0 = no watchdog
-LED_ON = const(42)
-LED_OFF = const(43)
+LED_OFF = const(42)
+LED_ON = const(43)  # right behind it
 LED_MASK = const(44)
 BROKEN = const(45)  # the configuration is: for the LED
 LOST = const(46)  # address of a word that is set when the link ends
@@ -120,10 +120,9 @@ def frame_handler(context, scan, shape):
     def on_frame(_machine):
         c = ptr32(int(context))
         words = ptr32(c[MEMORY])
-        index = c[SCANNED]
-        c[SCANNED] = ptr32(c[CLOCK_REGISTER])[0]
-        if (c[SCANNED] - index) >> _PAUSE_SHIFT:
-            # A burst that ended as frames do may have left what no later one completes.
+        index = c[UNFINISHED]
+        if index and (ptr32(c[CLOCK_REGISTER])[0] - index) >> _PAUSE_SHIFT:
+            # A burst ended as frames do, and left what no later one completes.
             index = words[SKIPPED_BYTES] + ((words[HEAD] - words[TAIL]) & 255)
             words[SKIPPED_BYTES] = index & COUNTER_MASK
             words[TAIL] = RING | words[HEAD]
@@ -201,6 +200,9 @@ def frame_handler(context, scan, shape):
                 while at < c[SLOT_WORDS_END]:
                     ptr32(c[SLOT_FIFO])[0] = ptr32(at)[0]
                     at += 4
+        c[UNFINISHED] = 0
+        if (words[HEAD] ^ words[TAIL]) & 255:
+            c[UNFINISHED] = ptr32(c[CLOCK_REGISTER])[0]
 
     return on_frame
 
@@ -279,16 +281,18 @@ def tick_handler(context):
             c[UNREAD_TICKS] = c[UNREAD_TICKS] + 1
             if c[UNREAD_TICKS] == _UNREAD_LIMIT:
                 c[DEAD] = 1
-        healthy = c[DEAD] == 0
+        load = c[WATCHDOG_LOAD]
+        if c[DEAD]:
+            load = 0
         at = CHECKS
         while at < c[CHECKS_END]:
             if ptr32(c[at])[0] & c[at + 1] != c[at + 1]:
-                healthy = False
+                load = 0
             at += 2
         if idle >= _RESET_TICKS and link != LINKED:
-            healthy = False
-        if healthy and c[WATCHDOG_LOAD]:
-            ptr32(c[WATCHDOG_REGISTER])[0] = c[WATCHDOG_LOAD]
+            load = 0
+        if load:
+            ptr32(c[WATCHDOG_REGISTER])[0] = load
 
         if c[LED_MASK]:
             pattern = _LED_SEARCHING
@@ -300,9 +304,6 @@ def tick_handler(context):
                 pattern = _LED_LINKED
             elif link == FAILSAFE:
                 pattern = _LED_FAILSAFE
-            register = c[LED_OFF]
-            if (pattern >> ((ticks >> 3) & 15)) & 1:
-                register = c[LED_ON]
-            ptr32(register)[0] = c[LED_MASK]
+            ptr32(c[LED_OFF + ((pattern >> ((ticks >> 3) & 15)) & 1)])[0] = c[LED_MASK]
 
     return on_tick

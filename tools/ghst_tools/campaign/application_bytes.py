@@ -8,7 +8,7 @@ from typing import Any
 
 import ghst  # type: ignore[import-not-found]
 from ghst_tools.campaign.pico import NO_SENSORS, Pico
-from ghst_tools.campaign.picos import Picos, check_outputs, forked, no_exception
+from ghst_tools.campaign.picos import Picos, check_outputs, connect_battery, forked, no_exception
 from ghst_tools.campaign.verdict import Row, equal, expect
 from ghst_tools.campaign.wire_bytes import Send, sends
 from ghst_tools.demo.probes import decoder_state
@@ -59,7 +59,8 @@ def fuzz_application(pico: Pico, seed: int, total: int) -> dict[str, int]:
     rng = random.Random(seed)
     found = {"bytes": 0, "blocks": 0, "pulses": 0, "telemetry": 0, "frames": 0}
     driven = 0
-    # The sensors are measured, and what is loaded when it is used is loaded.
+    connect_battery(pico)
+    # What is loaded when it is used is loaded.
     one_block(pico, 1000.0, [(0.0, _intact(rng))])
     pico.board.run_for(300e6)
     for *pieces, (pause_us, _) in sends(seed, total):
@@ -96,6 +97,7 @@ def replay(case: dict[str, Any], picos: Picos) -> None:
     pico = picos.boot(CONFIGURATION, READY)
 
     def trial() -> None:
+        connect_battery(pico)
         # Telemetry needs a link that has named its mode.
         begin = _intact(random.Random(0))
         one_block(pico, 1000.0, [(0.0, begin)])

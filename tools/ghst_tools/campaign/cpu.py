@@ -9,7 +9,7 @@ from itertools import pairwise
 import ghst  # type: ignore[import-not-found]
 from ghst_tools.campaign.line import CENTRE
 from ghst_tools.campaign.pico import NO_SENSORS, PERIOD_NS, SERVOS, Pico
-from ghst_tools.campaign.picos import check_outputs, forked
+from ghst_tools.campaign.picos import check_outputs, connect_battery, forked
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
 
@@ -71,6 +71,7 @@ _VTX_SETUP = bytes(ghst.encode.vtx_setup(0, 5800, 25, 0x48))
 _MSP_REQUEST = bytes(ghst.encode.msp(0x21, b"\x50\x00\x00\x30" + bytes(6)))
 _PIO0_CTRL, _PIO0_INTE, _PIO1_CTRL, _DMA_ABORT = 0x50200000, 0x5020012C, 0x50300000, 0x50000444
 
+_ERRORS = ("RuntimeError: of the user", "SystemExit", "maximum recursion depth", "MemoryError")
 # Name of the command, what it is, and what the main loop is like afterwards.
 GOES_ON, STANDS = "the main loop goes on", "the main loop stands still"
 FAULTS: tuple[tuple[str, str, str, bytes | None], ...] = (
@@ -91,12 +92,13 @@ FAULTS: tuple[tuple[str, str, str, bytes | None], ...] = (
 
 
 def start(setting: Setting) -> Pico:
-    """A board with the application, a battery sensor, and the faults to choose from."""
+    """A board with the application and the faults to choose from."""
     return setting.picos.boot(CONFIGURATION, READY, files={"/user.py": USER})
 
 
 def fault(pico: Pico, name: str, after: str, frame: bytes | None) -> str:
     """Bring a fault about in flight; every frame still moves the servos, no pulse is missing."""
+    connect_battery(pico)
     receiver = pico.fly(lambda index, t: frame if frame and index == 80 else CENTRE, _RATE_HZ)
     pico.board.run_for(100e6)
     pico.board.console.write(f"fault {name}\r".encode())
@@ -124,6 +126,8 @@ def fault(pico: Pico, name: str, after: str, frame: bytes | None) -> str:
     equal(GOES_ON, after, "after the fault")
     lines = bytes(pico.board.console.output).decode(errors="replace").splitlines()
     told = [line for line in lines if "faults, the last" in line]
+    for line in told:
+        expect(any(error in line for error in _ERRORS), f"another fault is told: {line}")
     return f"{happened}; {GOES_ON}" + (f' and tells "{told[-1]}"' if told else "")
 
 

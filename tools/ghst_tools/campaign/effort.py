@@ -64,7 +64,7 @@ LONG = Effort(
     board_files=300,
     boots=20,
     console_bytes=1_000_000,
-    serial_bytes=100_000,
+    serial_bytes=1_000_000,
     flight_s=3600,
     mutations=None,
 )

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import ghst  # type: ignore[import-not-found]
 from ghst_tools.campaign.pico import NO_SENSORS, PERIOD_NS, SERVOS, Pico
-from ghst_tools.campaign.picos import check_outputs, forked, no_exception
+from ghst_tools.campaign.picos import check_outputs, connect_battery, forked, no_exception
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
 from ghst_tools.demo.probes import decoder_state
@@ -51,6 +51,7 @@ def _frame(index: int, _t_ns: float) -> bytes:
 def fly(pico: Pico, seconds: int) -> str:
     """Fly for `seconds` of emulated time; what was found."""
     started = time.monotonic()
+    connect_battery(pico)
     receiver = pico.fly(_frame, _RATE_HZ)
     begin = pico.board.now_ns
     kept: list[int] = []

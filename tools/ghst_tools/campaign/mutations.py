@@ -248,8 +248,8 @@ CONTROL_PATH = (
     Mutation(
         "a watchdog that is always fed",
         _INTERRUPTS,
-        "if healthy and c[WATCHDOG_LOAD]:",
-        "if c[WATCHDOG_LOAD]:",
+        "        if load:",
+        "        load = c[WATCHDOG_LOAD]\n        if load:",
         (_WATCHDOG, "dead_control_path and receiver"),
     ),
     Mutation(

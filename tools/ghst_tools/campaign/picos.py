@@ -55,6 +55,12 @@ class Picos:
         return self._started[key]
 
 
+def connect_battery(pico: Pico) -> None:
+    """Connect a battery of four cells, and let the application find it and load its sensor."""
+    pico.board.adc(0).set_volts(1.5)
+    pico.board.run_for(300e6)
+
+
 def forked(trial: Callable[[], Result]) -> Result:
     """What `trial` returns, run in a fork of this process; raises Wrong if it does."""
 

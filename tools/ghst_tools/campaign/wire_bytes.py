@@ -37,7 +37,7 @@ _BYTE_US = 10e6 / 420_000
 _GAP_US = 150.0
 _BURST_ENDS_US = 250
 """A pause that is longer ends a burst; the firmware waits for 150 us."""
-_PATIENCE_US = 1024.0
+_PATIENCE_US = 1024.0 + 15  # from the end of the interrupt on
 _PAUSES_US = (0.0, 0.0, 0.0, 0.0, 20.0, 90.0, 300.0, 1500.0)
 
 Send = tuple[float, bytes]
@@ -66,11 +66,14 @@ class Listener:
         self._now_us = self._looked_us = 0.0
 
     def take(self, pause_us: float, data: bytes) -> int:
-        """Bytes after a pause; how many control frames they completed."""
+        """Bytes after a pause; how many control frames were found among them at once.
+
+        Those that break off are looked at when the next come.
+        """
         controls = 0
         if pause_us > _BURST_ENDS_US:
             if self._burst % _FRAME_BYTES:
-                controls += self._look(self._now_us + _GAP_US)
+                self._look(self._now_us + _GAP_US)
                 self.model.discard()
             self._burst = 0
         self._now_us += pause_us
