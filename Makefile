@@ -32,7 +32,8 @@ mutation: $(VENV) ## Break the firmware in many ways; the tests have to notice e
 
 test: $(VENV) micropython image firmware ## Run every test: CPython, the unix port, the emulated board
 	@tools/debian.sh sigrok-cli=sigrok-cli tmux=tmux
-	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS) host_tests
+	$(PYTHON_IN_VENV) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder \
+		$(PYTEST_ARGS) host_tests
 
 lint: $(VENV) ## Check style and types
 	$(PYTHON_IN_VENV) -m ruff check .

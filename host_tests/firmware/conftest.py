@@ -47,6 +47,8 @@ def pico(
     mark = _start_of(request.node)
     key = repr(mark and (mark.name, mark.args, mark.kwargs))
     if key in _started:
+        # The one that was needed longest ago goes first.
+        _started[key] = _started.pop(key)
         return _started[key]
     pico = Pico(micropython_image, firmware_files, boards.load("rpi_pico").filesystem_size)
     if mark:
