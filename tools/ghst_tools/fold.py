@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import functools
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -51,6 +52,16 @@ class _Module:
     modules: dict[str, _Module] = field(default_factory=dict)
     """Other modules of the board, by their names here."""
     resolved: bool = False
+
+    @functools.cached_property
+    def bound(self) -> dict[str, list[int]]:
+        """In which lines a name is given a meaning, but by an import or a definition."""
+        lines: dict[str, list[int]] = {}
+        for node in ast.walk(self.tree):
+            match node:
+                case ast.Name(id=name, ctx=ast.Store() | ast.Del()) | ast.arg(arg=name):
+                    lines.setdefault(name, []).append(node.lineno)
+        return lines
 
 
 def fold(sources: dict[str, str]) -> dict[str, str]:
@@ -111,14 +122,12 @@ def _definition(statement: ast.stmt) -> tuple[str, ast.expr] | None:
 
 def _check_single(module: _Module, name: str, lineno: int = 0) -> None:
     """`GhstError` if `name` is given a meaning in another line than `lineno`, and no import."""
-    for node in ast.walk(module.tree):
-        match node:
-            case ast.Name(id=bound, ctx=ast.Store() | ast.Del()) | ast.arg(arg=bound):
-                if bound == name and node.lineno != lineno:
-                    raise GhstError(
-                        f"{module.name}:{node.lineno}: {name} is a constant, or a module with "
-                        "constants: choose another name"
-                    )
+    for line in module.bound.get(name, ()):
+        if line != lineno:
+            raise GhstError(
+                f"{module.name}:{line}: {name} is a constant, or a module with "
+                "constants: choose another name"
+            )
 
 
 def _value(node: ast.expr, module: _Module) -> int | None:
