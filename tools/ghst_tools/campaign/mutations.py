@@ -313,7 +313,7 @@ CONTROL_PATH = (
         "firmware/wire_pio.py",
         "_GAP_US = 150",
         "_GAP_US = 3000",
-        (_FAULTS, "before_a_gap_never_join"),
+        (_FAULTS, "never_join"),
     ),
     Mutation(
         "a watchdog that runs on at the prompt",
