@@ -77,6 +77,7 @@ def test_wrong_usage(command: CliRunner) -> None:
         ["sea"],
         ["--share", "0"],
         ["--minutes", "0"],
+        ["--board-files", "0"],
         ["--short", "--share", "0.5"],
     ):
         assert command.invoke(ghst, ["campaign", *arguments]).exit_code == 2

@@ -24,16 +24,17 @@ them is typed by hand.
     ghst campaign --seed 7 bytes     # other bytes
     ghst campaign --short            # a little of each: what the tests run
     ghst campaign --share 0.1 serial # a tenth of the long form
-    ghst campaign --minutes 5 flight # emulated minutes, each takes many of the host's
+    ghst campaign --minutes 5 flight # emulated minutes, each takes some of the host's
+    ghst campaign --board-files 100 files    # fewer of the broken files on the emulated board
 
 Everything random comes from the seed that is named with each section, and what runs on the
 emulated chip is in emulated time: the same command gives the same result everywhere. What goes
 wrong is saved to a file in `host_tests/campaign/cases`, which is a test from then on; a case that
 was mended stays there.
 
-The long form is for a night and a day: its hour of flight alone takes about nine hours, since the
-emulator needs about nine seconds of CPU time for a second of it. A section says what its run did,
-which may be a share of the long form.
+The long form is for a night: its hour of flight takes hours, since the emulator needs some seconds
+of CPU time for a second of it, and so do the broken files that the emulated board reads. A section
+says what its run did, which may be a share of the long form.
 
 The firmware is the one in this tree at that date, unmodified. What the emulator does not model:
 

@@ -29,13 +29,14 @@ class Effort:
     files: int
     """Of each kind, on the host and on the unix port."""
     board_files: int
+    """Of each kind; each takes the firmware a quarter of a second, emulated."""
     boots: int
     console_bytes: int
     """On the unix port."""
     serial_bytes: int
     """On the emulated board."""
     flight_s: int
-    """Emulated; the emulator runs at a tenth of real time with this load, if that."""
+    """Emulated; the emulator takes some seconds for one with this load."""
     mutations: int | None
     """How many of those of the library; None: all of all."""
 
@@ -61,7 +62,7 @@ LONG = Effort(
     cpu_faults=None,
     power_cases=6,
     files=10_000,
-    board_files=300,
+    board_files=10_000,
     boots=20,
     console_bytes=1_000_000,
     serial_bytes=1_000_000,

@@ -90,6 +90,11 @@ def write(out: Path, sections: dict[str, document.Section], image: Path) -> None
     help="Emulated time of the long flight; default: 60.",
 )
 @click.option(
+    "--board-files",
+    type=click.IntRange(min=1),
+    help="How many broken files of each kind the emulated board reads; default: 10000.",
+)
+@click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
     help=f"The document to write; default: {DOCUMENT} in the checkout, none with --short.",
@@ -105,6 +110,7 @@ def command(
     share: float,
     seed: int,
     minutes: float | None,
+    board_files: int | None,
     out: Path | None,
     image: Path | None,
 ) -> None:
@@ -123,6 +129,9 @@ def command(
     if minutes is not None:
         effort = replace(effort, flight_s=max(1, round(60 * minutes)))
         line += f" --minutes {minutes:g}"
+    if board_files is not None:
+        effort = replace(effort, board_files=board_files)
+        line += f" --board-files {board_files}"
     setting = Setting(micropython_image.find(image), effort, seed)
     names = list(areas) or list(AREAS)
     sections, wrong = campaign(setting, names, line, Console(highlight=False, soft_wrap=True))
