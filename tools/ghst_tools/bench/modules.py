@@ -138,8 +138,8 @@ def modules(rig: Rig, effort: Effort) -> tuple[Table, ...]:
         "gc.mem_alloc() after gc.collect(); MicroPython's own share and the /user.py that "
         "measures it, some hundred bytes, are in it. Nothing connected: the defaults, with a "
         f"link, after 300 rounds of the main loop. All sensors: {_SENSORS_MS} ms after main.py "
-        "has started, with a battery, a GPS receiver, a barometer and a magnetometer connected and "
-        "read; their modules are loaded then.",
+        "has started, with a battery, a GPS receiver, a barometer and a magnetometer connected "
+        "and read; their modules are loaded then.",
         ("firmware", "nothing connected", "goal", "all sensors"),
         tuple(
             (
