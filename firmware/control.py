@@ -75,7 +75,9 @@ class Control:
         words[word.TABLE_BYTES] = 4 * len(outputs.table)
         words[word.FAILSAFE_PULSES] = address(outputs.failsafe_pulses)
         words[word.FAILSAFE_RULES] = address(outputs.failsafe_rules)
-        words[word.OUTPUTS] = len(outputs.failsafe_pulses)
+        words[word.FAILSAFE_RULES_END] = address(outputs.failsafe_rules) + 4 * len(
+            outputs.failsafe_rules
+        )
         words[word.MASK_REGISTER] = chip.NVIC_DISABLE
         words[word.UNMASK_REGISTER] = chip.NVIC_ENABLE
         words[word.INTERRUPT_BIT] = 1 << wire.interrupt

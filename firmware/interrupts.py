@@ -26,6 +26,7 @@ from ghst.decoder import (
 # is added to their product, and the address of the failsafe pulse.
 SLICE_WORDS = const(9)
 # Words of an output in the failsafe rules: address of its pulse, rule.
+_RULE_WORDS = const(2)
 
 # Words of the control array that both interrupts work on.
 # What the frame interrupt needs comes first: a load from the first 32 words is one instruction.
@@ -63,7 +64,7 @@ SEEN_TAIL = const(30)
 FAILSAFES = const(31)
 DEAD = const(32)  # the frame interrupt does not answer: no pulses, and the watchdog starves
 FAILSAFE_RULES = const(33)
-OUTPUTS = const(34)
+FAILSAFE_RULES_END = const(34)
 MASK_REGISTER = const(35)  # these mask and unmask it
 UNMASK_REGISTER = const(36)
 INTERRUPT_BIT = const(37)
@@ -86,9 +87,10 @@ _STUCK_TICKS = const(200)
 _RESET_TICKS = const(500)
 _FRAME_BYTES = const(14)
 _UNREAD_LIMIT = const(3)
-# A frame takes 0.33 ms and the next comes 1.6 ms behind it at the earliest: what has not come on
-# within 1.024 ms, 1 << 10 us, comes no more.
-_PAUSE_SHIFT = const(10)
+# What was left at an interrupt may be completed by bytes up to 100 us apart, and a gap of 150 us
+# before the next interrupt; not by a frame that comes 2 ms later, with fewer than 15 bytes.
+_SLOWEST_BYTE_US = const(124)
+_SLOWEST_END_US = const(180)
 # Our echo is complete 1.35 ms after the control frame; were it cut short, the gap behind it would
 # be noticed at 1.5 ms. The next frame of the receiver is not complete before 2 ms.
 _ECHO_LIMIT_US = const(1700)
@@ -121,7 +123,10 @@ def frame_handler(context, scan, shape):
         c = ptr32(int(context))
         words = ptr32(c[MEMORY])
         index = c[UNFINISHED]
-        if index and (ptr32(c[CLOCK_REGISTER])[0] - index) >> _PAUSE_SHIFT:
+        if index and uint(ptr32(c[CLOCK_REGISTER])[0] - index) > uint(
+            ((ptr32(c[WRITE_REGISTER])[0] - words[HEAD]) & 255) * _SLOWEST_BYTE_US
+            + _SLOWEST_END_US
+        ):
             # A burst ended as frames do, and left what no later one completes.
             index = words[SKIPPED_BYTES] + ((words[HEAD] - words[TAIL]) & 255)
             words[SKIPPED_BYTES] = index & COUNTER_MASK
@@ -233,23 +238,23 @@ def tick_handler(context):
             ptr32(c[MASK_REGISTER])[0] = c[INTERRUPT_BIT]
             # A frame may have come until now.
             if ptr32(c[CLOCK_REGISTER])[0] - c[STAMP] > c[FAILSAFE_US]:
-                rules = ptr32(c[FAILSAFE_RULES])
-                targets = ptr16(c[FAILSAFE_PULSES])
                 channels = ptr16(c[PULSES])
-                index = 0
-                while index < c[OUTPUTS]:
-                    pulse = rules[2 * index + 1]
+                target = c[FAILSAFE_PULSES]
+                at = c[FAILSAFE_RULES]
+                while at < c[FAILSAFE_RULES_END]:
+                    pulse = ptr32(at)[1]
                     if pulse == HOLD:
-                        pulse = ptr16(rules[2 * index])[0]
+                        pulse = ptr16(ptr32(at)[0])[0]
                         if pulse == 0:
-                            pulse = targets[index]
-                    targets[index] = pulse
-                    index += 1
+                            pulse = ptr16(target)[0]
+                    ptr16(target)[0] = pulse
+                    target += 2
+                    at += 4 * _RULE_WORDS
                 # Behind all of them: two outputs may follow one channel.
-                index = 0
-                while index < c[OUTPUTS]:
-                    ptr16(rules[2 * index])[0] = 0
-                    index += 1
+                at = c[FAILSAFE_RULES]
+                while at < c[FAILSAFE_RULES_END]:
+                    ptr16(ptr32(at)[0])[0] = 0
+                    at += 4 * _RULE_WORDS
                 index = 0
                 while index < 16:
                     channels[index] = 0

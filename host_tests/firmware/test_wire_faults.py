@@ -100,6 +100,33 @@ def test_bytes_before_a_pause_never_join_a_later_frame(
 
 
 @pytest.mark.run()
+@pytest.mark.parametrize("gap_us", [0, 50, 100])
+def test_noise_right_before_a_slow_frame_costs_no_frame(pico: Pico, gap_us: int) -> None:
+    for length in range(1, 15):
+        end = pico.wire.send(bytes(length), pico.at(1e6))
+        pico.wire.send(FRAME, end + gap_us * 1e3, gap_ns=gap_us * 1e3)
+        pico.board.run_for(5e6)
+        assert counters(pico)["FRAMES"] == length, (length, counters(pico))
+    assert counters(pico)["SKIPPED_BYTES"] == sum(range(1, 15))
+
+
+@pytest.mark.run()
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 13])
+def test_an_interrupt_within_a_slow_frame_costs_nothing(pico: Pico, count: int) -> None:
+    """The tick forces one, when failsafe begins."""
+    pico.wire.send(FRAME, pico.at(0), gap_ns=100e3)
+    pico.board.run_for(count * (1e9 / 42_000 + 100e3))
+    force = pico.control("FORCE_REGISTER"), pico.control("FORCE_BIT")
+    before = pico.word(ghst.decoder.HEAD)
+    pico.board.write32(*force)
+    pico.board.run_for(20e3)
+    assert (pico.word(ghst.decoder.HEAD) - before) & 255 == count
+    pico.board.run_for(5e6)
+    assert counters(pico)["FRAMES"] == 1
+    assert counters(pico)["SKIPPED_BYTES"] == 0
+
+
+@pytest.mark.run()
 def test_noise_before_a_frame_costs_no_frame(pico: Pico) -> None:
     noise = random.Random(5)
     for index in range(60):

@@ -180,6 +180,16 @@ def test_bytes_before_a_pause_never_join_a_later_frame(talking: UartPico) -> Non
 
 
 @forked
+def test_a_pause_in_the_first_of_some_frames_costs_none(talking: UartPico) -> None:
+    for index, length in enumerate((1, 6, 13)):
+        end = talking.wire.send(STICKS[:length], talking.at(1e6))
+        talking.wire.send(STICKS[length:] + STICKS * 5, end + 95e3)
+        talking.board.run_for(6e6)
+        assert talking.word(decoder.FRAMES) == 6 * (index + 1)
+    assert talking.word(decoder.SKIPPED_BYTES) == 0
+
+
+@forked
 def test_frames_back_to_back_and_more_than_the_buffers_hold(talking: UartPico) -> None:
     talking.wire.send(STICKS * 11, talking.at(1e6))
     talking.board.run_for(6e6)

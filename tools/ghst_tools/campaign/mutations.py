@@ -269,9 +269,16 @@ CONTROL_PATH = (
     Mutation(
         "the rest of a burst that waits for the next one",
         _INTERRUPTS,
-        "_PAUSE_SHIFT = const(10)",
-        "_PAUSE_SHIFT = const(11)",
+        "_SLOWEST_BYTE_US = const(124)",
+        "_SLOWEST_BYTE_US = const(240)",
         (_FAULTS, "never_join"),
+    ),
+    Mutation(
+        "a slow frame that is dropped with what was left before it",
+        _INTERRUPTS,
+        "_SLOWEST_BYTE_US = const(124)",
+        "_SLOWEST_BYTE_US = const(50)",
+        (_FAULTS, "slow_frame"),
     ),
     Mutation(
         "our own echo decoded",

@@ -37,8 +37,10 @@ _BYTE_US = 10e6 / 420_000
 _GAP_US = 150.0
 _BURST_ENDS_US = 250
 """A pause that is longer ends a burst; the firmware waits for 150 us."""
-_PATIENCE_US = 1024.0 + 15  # from the end of the interrupt on
-_PAUSES_US = (0.0, 0.0, 0.0, 0.0, 20.0, 90.0, 300.0, 1500.0)
+_HANDLER_US = 15.0
+_PATIENCE_US = (180.0, 124.0)
+"""How long the firmware waits for what is to complete a frame: once, and for each byte."""
+_PAUSES_US = (0.0, 0.0, 0.0, 0.0, 20.0, 90.0, 300.0, 1700.0)
 
 Send = tuple[float, bytes]
 """A pause before it in microseconds, and the bytes."""
@@ -56,7 +58,7 @@ class Listener:
 
     It looks behind the 14th, 28th, ... byte of a burst, and when a burst breaks off. Bytes are
     dropped that were unfinished then; and those that were unfinished at the end of a burst which
-    ended with its 14th, 28th, ... byte, if the firmware looks again only after 1.024 ms.
+    ended with its 14th, 28th, ... byte, if what comes then has taken too long.
     """
 
     def __init__(self) -> None:
@@ -86,7 +88,9 @@ class Listener:
         return controls
 
     def _look(self, now_us: float) -> int:
-        if now_us - self._looked_us > _PATIENCE_US:
+        least_us, byte_us = _PATIENCE_US
+        waited_us = now_us - self._looked_us - _HANDLER_US
+        if waited_us > least_us + byte_us * len(self._unread):
             self.model.discard()
         self._looked_us = now_us
         unread, self._unread = self._unread, b""
@@ -147,7 +151,7 @@ def fuzz(picos: Picos, seed: int, total: int) -> list[Row]:
     return [
         Row(
             "bytes, emulated wire",
-            f"{count:,} bytes of the same kinds, bit by bit, with pauses of 0 to 1500 us between "
+            f"{count:,} bytes of the same kinds, bit by bit, with pauses of 0 to 1700 us between "
             "the pieces",
             f"counters and channels as the model has them after each of {blocks} blocks, the "
             f"intact frame behind each decoded ({frames} control frames); all {pulses} pulses and "
