@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
+import os
 import shutil
 import subprocess
 import sys
@@ -19,7 +20,6 @@ from pathlib import Path
 from setuptools import Distribution, Extension
 
 PACKAGE = "rp2040py"
-LOADS = f"import {PACKAGE}.native._simulator, {PACKAGE}.simulator"
 
 
 def compile_into(folder: Path, sources: list[Path], native: str) -> list[Path]:
@@ -47,20 +47,26 @@ def main() -> None:
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     state = hashlib.sha256(suffix.encode() + b"".join(map(Path.read_bytes, sources))).hexdigest()
     stamp = native / "compiled"
-    if stamp.exists() and stamp.read_text() == state:
+    placed = [native / f"{source.stem}{suffix}" for source in sources]
+    whole = all(place.exists() for place in placed)
+    if whole and stamp.exists() and stamp.read_text() == state:
         return
     print("venv: compiling the emulator for this Python", file=sys.stderr)
-    placed = [native / f"{source.stem}{suffix}" for source in sources]
+    stamp.unlink(missing_ok=True)
+    modules = ", ".join(f"{PACKAGE}.native.{source.stem}" for source in sources)
     try:
         with tempfile.TemporaryDirectory() as folder:
             built = compile_into(Path(folder), sources, f"{PACKAGE}.native")
             for file, place in zip(built, placed, strict=True):
                 # Renamed, not written over: a program that runs has the old one mapped.
-                fresh = place.with_name(f"{place.name}.new")
+                fresh = place.with_name(f"{place.name}.{os.getpid()}.new")
                 shutil.copyfile(file, fresh)
                 fresh.replace(place)
-        subprocess.run([sys.executable, "-c", LOADS], check=True, capture_output=True)
+        subprocess.run(
+            [sys.executable, "-c", f"import {modules}"], check=True, capture_output=True
+        )
     except Exception as error:  # setuptools raises what it likes
+        stamp.unlink(missing_ok=True)
         for place in placed:
             place.unlink(missing_ok=True)
         print(f"venv: the emulator stays at half its speed: {error}", file=sys.stderr)

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import takewhile
-from typing import Any
+from typing import IO, Any
 
 from ghst_tools import boards, micropython_image
 from ghst_tools.campaign.verdict import Row, Wrong
@@ -74,39 +75,59 @@ class Reader:
         return f"no command {name!r}: type help"
 
 
-def on_unix(batches: Iterable[bytes], names: Sequence[str], limit_s: float) -> tuple[int, int]:
-    """Type all of it; how many commands and how many other lines were read. Raises Wrong."""
+def on_unix(
+    batches: Iterable[bytes], names: Sequence[str], limit_s: float
+) -> tuple[int, int, int]:
+    """Type all of it; how many commands, empty and other lines were read. Raises Wrong."""
     reader = Reader(names)
-    expected: list[tuple[str, bytes]] = []
+    expected: list[tuple[str, int]] = []
+    all_batches = list(batches)
     with tempfile.TemporaryFile() as file:
-        for batch in batches:
+        for number, batch in enumerate(all_batches):
             file.write(batch)
-            expected += [(line, batch) for line in reader.lines(batch)]
+            expected += [(line, number) for line in reader.lines(batch)]
         file.write(b"\x15" + _END + b"\r")
         file.seek(0)
-        done = subprocess.run(
-            [
-                micropython_image.unix_micropython(),
-                "-c",
-                _PROGRAM.format(names=list(names), end=_END.decode(), stray=_STRAY),
-            ],
-            env={"MICROPYPATH": f"{boards.checkout() / 'lib'}:{boards.checkout()}:.frozen"},
-            stdin=file,
-            capture_output=True,
-            text=True,
-            timeout=limit_s,
-        )
-    found = done.stdout.splitlines()
+        found, error = _run(file, names, limit_s)
     pairs = zip(found, expected, strict=False)
     right = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1][0], pairs))
     if right < len(expected):
-        said = found[right] if right < len(found) else done.stderr.strip()
-        line, batch = expected[right]
-        raise Wrong(f"unix port: {said!r}, must be {line!r}", console_case([batch], names))
+        said = found[right] if right < len(found) else error
+        line, number = expected[right]
+        # A line may have begun in the batch before.
+        typed = all_batches[max(0, number - 1) : number + 1]
+        raise Wrong(f"unix port: {said!r}, must be {line!r}", console_case(typed, names))
     if found[right:] != ["free"]:
-        raise Wrong(f"unix port: behind all lines: {found[right:]}, {done.stderr.strip()}")
-    commands = sum(1 for line, _ in expected if "|" in line)
-    return commands, len(expected) - commands
+        raise Wrong(f"unix port: behind all lines: {found[right:]}, {error}")
+    kinds = Counter(_kind(line) for line, _ in expected)
+    return kinds["command"], kinds["empty"], kinds["other"]
+
+
+def _kind(answer: str) -> str:
+    if answer == "|":
+        return "empty"
+    return "other" if answer.startswith("no command ") else "command"
+
+
+def _run(typed: IO[bytes], names: Sequence[str], limit_s: float) -> tuple[list[str], str]:
+    """What the console prints, in lines, and what went wrong."""
+    program = _PROGRAM.format(names=list(names), end=_END.decode(), stray=_STRAY)
+    root = boards.checkout()
+    with subprocess.Popen(
+        [micropython_image.unix_micropython(), "-c", program],
+        env={"MICROPYPATH": f"{root / 'lib'}:{root}:.frozen"},
+        stdin=typed,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            out, error = process.communicate(timeout=limit_s)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            out, _ = process.communicate()
+            error = f"no answer within {limit_s:.0f} s"
+    return out.splitlines(), error.strip()
 
 
 def console_case(pieces: Sequence[bytes], names: Sequence[str]) -> dict[str, Any]:
@@ -122,13 +143,14 @@ def replay(case: dict[str, Any]) -> None:
 def fuzz(batches: Sequence[bytes], names: Sequence[str], kinds: str) -> list[Row]:
     """Type all batches."""
     total = sum(map(len, batches))
-    commands, others = on_unix(batches, names, 60 + total / 2_000)
+    commands, empty, others = on_unix(batches, names, 60 + total / 2_000)
     return [
         Row(
             "console, unix port",
             f"{total:,} bytes: {kinds}",
-            f"{commands} lines that are documented commands, and nothing else, were handed to "
-            f"them, with their arguments to the letter; {others} lines told to be none; no "
+            f"{commands} lines that are documented commands and {empty} empty lines, and nothing "
+            "else, were handed to what answers them, with their arguments to the letter; "
+            f"{others} lines told to be none; no "
             f"exception, at most {_STRAY} bytes of the heap kept",
         )
     ]

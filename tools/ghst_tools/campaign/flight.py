@@ -87,6 +87,8 @@ def fly(pico: Pico, seconds: int) -> str:
     said = pico.reply_to_enter()
     expect("stood still 0 times" in said, f"the main loop stood still: {said}")
     expect("failsafes 0" in said and "0 collisions" in said, f"the board says {said}")
+    expect("battery: 16.50 V" in said, f"the board says {said}")
+    expect(telemetry > 3 * requests, f"{telemetry} telemetry frames")
     warm = kept[_WARM_UP_S // _CHUNK_S :] or kept
     expect(not warm or max(warm) - min(warm) <= _SPARE_BYTES, f"the kept heap: {warm}")
     heap = f"{warm[0]:,} bytes of heap kept at first, {warm[-1]:,} at the end; " if warm else ""

@@ -59,6 +59,8 @@ def connect_battery(pico: Pico) -> None:
     """Connect a battery of four cells, and let the application find it and load its sensor."""
     pico.board.adc(0).set_volts(1.5)
     pico.board.run_for(300e6)
+    said = pico.reply_to_enter()
+    expect("battery: 16.50 V" in said, f"the battery has not been found: {said}")
 
 
 def forked(trial: Callable[[], Result]) -> Result:
