@@ -23,7 +23,6 @@ _START_ONLY = (
         "Control",
         "__init__ start restarted",
     ),
-    ("firmware.interrupts", "frame_handler tick_handler", None, ""),
     (
         "firmware.outputs",
         "by_pin shapes _RATES _divider _counts _top _scale _word",
@@ -120,7 +119,8 @@ def _reduce():
             if owner:
                 remove(getattr(module, owner), *members.split())
             remove(module, *names.split())
-    erase("firmware.configuration", "firmware.start", "firmware.parts_")
+    # The interrupts have no global names.
+    erase("firmware.interrupts", "firmware.configuration", "firmware.start", "firmware.parts_")
     erase("firmware.devices", "firmware.json_text", "ghst_board")
     forget("firmware.output", "firmware.shape_", "rp2")
     # MicroPython's own start leaves it there.

@@ -48,13 +48,11 @@ def flown(micropython_image: Path, firmware_files: dict[str, bytes]) -> Callable
             if form == "frozen":
                 # Of this tree: nothing is compiled anew behind `make test`.
                 image, files = frozen.build(report=lambda line: None), {}
-            kept = []
-            for twice in (True, False):
-                pico = Pico(image, files, board.filesystem_size)
-                meter = kept_memory.meter(board, twice)
-                receiver = pico.power_on(meter, lambda index, t: FRAMES[index % 2], RATE_HZ)
-                kept.append(kept_memory.kept(pico.board))
-            made[form] = Flown(pico, receiver, kept[1] - kept_memory.share(kept[1], kept[0]))
+            pico = Pico(image, files, board.filesystem_size)
+            receiver = pico.power_on(
+                kept_memory.meter(board), lambda index, t: FRAMES[index % 2], RATE_HZ
+            )
+            made[form] = Flown(pico, receiver, kept_memory.kept(pico.board))
         return made[form]
 
     return fly

@@ -19,7 +19,7 @@ __all__ = ("Receiver", "crc8", "downlink", "encode", "protocol", "schedule", "te
 
 def __getattr__(name):
     # Loaded on first use: a board that only receives never pays their memory.
-    if name in ("downlink", "encode", "protocol", "schedule", "telemetry"):
+    if name in __all__[2:]:
         return getattr(__import__("ghst." + name), name)
     if name == "crc8":
         from ghst.crc import crc8

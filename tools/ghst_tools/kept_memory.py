@@ -21,38 +21,15 @@ def setup(application):
 """
 
 
-_SECOND = """\
-import second
-def setup(application):
-    second.setup(application)
-    application.steps.append(step)
-"""
-_IMPORT_BYTES = 64
-"""More than what is in `_SECOND` and not in `_METER`."""
+def meter(board: Board) -> dict[str, bytes]:
+    """The file that makes the application of a board tell, once, what it keeps after a second.
 
-
-def meter(board: Board, twice: bool = False) -> dict[str, bytes]:
-    """The files that make the application of a board tell, once, what it keeps after a second.
-
-    `twice`: there is a second meter beside it, which tells the same; so `share` can tell what one
-    takes itself.
+    It takes about 450 bytes itself, which are counted.
     """
-    texts = {"user": _METER}
-    if twice:
-        texts = {"user": _METER.partition("def setup")[0] + _SECOND, "second": _METER}
-    files = {}
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in texts.items():
-            source = Path(folder) / f"{name}.py"
-            source.write_text(text)
-            path = f"/{name}.mpy"
-            files[path] = device_files.compile_module(source, path, board.mpy_arch)
-    return files
-
-
-def share(once: int, twice: int) -> int:
-    """What the meter takes itself, at least, from what is kept with one and with two of them."""
-    return max(0, twice - once - _IMPORT_BYTES)
+        source = Path(folder) / "user.py"
+        source.write_text(_METER)
+        return {"/user.mpy": device_files.compile_module(source, "/user.mpy", board.mpy_arch)}
 
 
 def kept(board: EmulatedBoard) -> int:
