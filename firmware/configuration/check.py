@@ -79,10 +79,10 @@ def _fill(path, points, given, standard, problems):
         for source in sources:
             if point.name not in source:
                 continue
-            key = f"{path}.{point.name}" if path else point.name
             try:
                 value = point.check(source[point.name])
             except ValueError as error:
+                key = f"{path}.{point.name}" if path else point.name
                 problems.add(key, f"{key} is {_shown(source[point.name])}, must be {error}")
         values[point.name] = value
     if path:

@@ -63,14 +63,17 @@ class _Pins:
         self._labels = board.get("labels", {})
         self._problems = problems
         self._users = {}
+        self._able = {}
 
     def able(self, function):
         """Returns the GPIOs that can do `function`, sorted."""
-        found = set()
-        for name, pins in self._functions.items():
-            if name == function or _is_a(name, function):
-                found.update(pins)
-        return sorted(found)
+        if function not in self._able:
+            found = set()
+            for name, pins in self._functions.items():
+                if name == function or _is_a(name, function):
+                    found.update(pins)
+            self._able[function] = sorted(found)
+        return self._able[function]
 
     def label(self, pin):
         """Returns what is printed beside a pin."""
@@ -104,9 +107,11 @@ class _Pins:
         """Notes who uses a pin, unless it is None."""
         if pin is None:
             return
-        able = self.able(function)
-        if pin not in able:
-            names = ", ".join([str(number) for number in able]) or "none on this board"
+        # `able` takes its time: most pins are named with the very function that is asked.
+        named = self._functions.get(function, ())
+        if pin not in named and pin not in self.able(function):
+            names = ", ".join([str(number) for number in self.able(function)])
+            names = names or "none on this board"
             self._problems.add(
                 key, f"{key}: GPIO {pin} cannot be {function}, must be one of {names}"
             )

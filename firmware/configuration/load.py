@@ -27,12 +27,13 @@ def _configuration(board, tree, problems):
     made = Configuration()
     made.board = board
     made.problems = list(problems)
-    try:
-        made.values, found = check(tree, board)
-    except Exception as error:
-        # MicroPython's parser takes more than JSON, and the board's file may be broken as well.
-        found = [("", f"{type(error).__name__}: {error}")]
-    made.problems += [_line(f"{FILE}: {text}") for _, text in found]
+    if not problems:
+        try:
+            made.values, found = check(tree, board)
+        except Exception as error:
+            # MicroPython's parser takes more than JSON, and the board's file may be broken, too.
+            found = [("", f"{type(error).__name__}: {error}")]
+        made.problems += [_line(f"{FILE}: {text}") for _, text in found]
     if made.problems:
         try:
             made.values, found = check({}, board)

@@ -2,50 +2,28 @@
 
 from __future__ import annotations
 
-import ast
 import json
-import subprocess
-import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-from ghst_tools import boards, filesystem, micropython_image
+from ghst_tools import boards
 from ghst_tools.campaign import corruption
+from ghst_tools.campaign.configuration_readers import (
+    BOARD,
+    USER,
+    configuration_case,
+    on_board,
+    on_host,
+    on_unix,
+)
 from ghst_tools.campaign.line import ENDS
 from ghst_tools.campaign.pico import SERVOS
 from ghst_tools.campaign.picos import Picos, forked
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, Wrong, equal, expect
-from ghst_tools.configuration.validator import firmware_module
-from ghst_tools.emulator import Board
 
-# What the firmware makes of the two files, as a tuple: read by `ast.literal_eval`.
-_OUTCOME = """
-from firmware.configuration import load
-def outcome():
-    try:
-        made = load.load()
-    except load.BoardError as error:
-        return ("board", str(error))
-    except Exception as error:
-        return ("raised", type(error).__name__ + ": " + str(error))
-    if made.problems:
-        return ("problems", made.problems[0], len(made.values["outputs"]))
-    return ("valid", made.values)
-"""
-_UNIX = """
-load.FILE, load.BOARD_FILE = {paths!r}
-size = bytearray(4)
-with open({source!r}, "rb") as source:
-    while source.readinto(size):
-        with open({target!r}, "wb") as target:
-            target.write(source.read(size[0] | size[1] << 8 | size[2] << 16))
-        print(repr(outcome()))
-"""
-USER, BOARD = "ghst.json", "board.json"
 _SHORTENED = {"servo": 1, "servo_760": 2, "oneshot125": 8}
 
 
@@ -105,77 +83,6 @@ def _is_json(text: bytes) -> bool:
     except (ValueError, RecursionError):
         return False
     return True
-
-
-class _Files:
-    """The two files in a folder, one of them to be written by a trial."""
-
-    def __init__(self, folder: Path) -> None:
-        self.paths = (str(folder / USER), str(folder / BOARD))
-        self.write(USER, corruption.user_file())
-        self.write(BOARD, corruption.board_file())
-
-    def path(self, which: str) -> str:
-        return self.paths[0] if which == USER else self.paths[1]
-
-    def write(self, which: str, text: bytes) -> None:
-        Path(self.path(which)).write_bytes(text)
-
-
-def on_host(which: str, texts: Sequence[bytes]) -> list[tuple[Any, ...]]:
-    """What the firmware's code makes of each text on CPython."""
-    load: Any = firmware_module("configuration.load")
-    names: dict[str, Any] = {}
-    exec(_OUTCOME, names)
-    before = load.FILE, load.BOARD_FILE
-    outcomes = []
-    with tempfile.TemporaryDirectory() as folder:
-        files = _Files(Path(folder))
-        load.FILE, load.BOARD_FILE = files.paths
-        try:
-            for text in texts:
-                files.write(which, text)
-                outcomes.append(names["outcome"]())
-        finally:
-            load.FILE, load.BOARD_FILE = before
-    return outcomes
-
-
-def on_unix(which: str, texts: Sequence[bytes]) -> list[tuple[Any, ...]]:
-    """The same on MicroPython's unix port."""
-    root = boards.checkout()
-    with tempfile.TemporaryDirectory() as folder:
-        files = _Files(Path(folder))
-        source = Path(folder) / "texts"
-        source.write_bytes(b"".join(len(text).to_bytes(4, "little") + text for text in texts))
-        program = _OUTCOME + _UNIX.format(
-            paths=files.paths, source=str(source), target=files.path(which)
-        )
-        done = subprocess.run(
-            [micropython_image.unix_micropython(), "-c", program],
-            env={"MICROPYPATH": f"{root / 'lib'}:{root}:.frozen"},
-            capture_output=True,
-            text=True,
-        )
-    lines = done.stdout.splitlines()
-    if done.returncode or len(lines) != len(texts):
-        case = configuration_case(which, texts[min(len(lines), len(texts) - 1)])
-        raise Wrong(f"unix port: {done.stdout[-300:]}{done.stderr[-300:]}", case)
-    return [ast.literal_eval(line) for line in lines]
-
-
-def on_board(picos: Picos, which: str, texts: Sequence[bytes]) -> list[tuple[Any, ...]]:
-    """The same on the emulated board, from its flash."""
-    files = {path: data for path, data in picos.files.items() if path != "/main.py"}
-    files |= {f"/{USER}": corruption.user_file(), f"/{BOARD}": corruption.board_file()}
-    board = Board(picos.image, filesystem.build(files, picos.filesystem_size))
-    board.boot()
-    board.exec(_OUTCOME)
-    outcomes = []
-    for text in texts:
-        board.exec(f"with open('/{which}', 'wb') as file:\n    file.write({text!r})\n")
-        outcomes.append(ast.literal_eval(board.exec("import gc; gc.collect(); print(outcome())")))
-    return outcomes
 
 
 def fuzz(setting: Setting, which: str, where: str) -> list[Row]:
@@ -245,11 +152,6 @@ def boots(setting: Setting) -> list[Row]:
             "times pulses within the limits, and only on the pins that the file names",
         )
     ]
-
-
-def configuration_case(which: str, text: bytes) -> dict[str, Any]:
-    """A broken file as a case that can be saved."""
-    return {"kind": "configuration", "file": which, "text": text.hex()}
 
 
 def replay(case: dict[str, Any], picos: Picos) -> None:
