@@ -20,7 +20,6 @@ FRAME_NS = 14 * BYTE_NS
 STICKS = ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4)
 FIRST = bytes(ghst.encode.frame(0x89, 0x23, bytes(10)))  # what SETUP sends first
 # Words of firmware.interrupts.
-SLOT, TELEMETRY_FRAMES, COLLISIONS = 16, 22, 23
 PIO1_IRQ_FORCE = 0x50300034
 FRAMES = ghst.decoder.FRAMES
 FOREIGN = ghst.decoder.FOREIGN_FRAMES
@@ -88,8 +87,8 @@ def check_flight(pico: Pico, receiver: GhostReceiver, count: int) -> None:
     assert (pico.word(FOREIGN), pico.word(SKIPPED), pico.word(ghst.decoder.CRC_ERRORS)) == (0,) * 3
     assert pico.wire.contention == []
     assert receiver.noise == []
-    assert pico.control_word(TELEMETRY_FRAMES) == len(receiver.downlink)
-    assert pico.control_word(COLLISIONS) == 0
+    assert pico.control("TELEMETRY_FRAMES") == len(receiver.downlink)
+    assert pico.control("COLLISIONS") == 0
     times = slots_us(receiver)
     assert min(times) >= 990.0 and max(times) <= 1010.0
     assert all(frame.ok for frame in receiver.downlink)
@@ -137,7 +136,7 @@ def test_the_slot_is_kept_under_every_load(pico: Pico, load: str) -> None:
 )
 def test_what_is_queued_too_late_waits_for_the_next_slot(pico: Pico) -> None:
     # The frame lies ready; the word that has it sent is written from outside, at a time of ours.
-    slot = pico.control_address + 4 * SLOT
+    slot = pico.control_place("SLOT")
     for after_us in (-50, 0, 40, 100, 500, 990, 1000, 1010, 1300, 1900):
         end = pico.wire.send(link_data(6), pico.at(200e3))
         pico.board.run_for(end + after_us * 1e3 - pico.board.now_ns)
@@ -243,7 +242,7 @@ def test_receivers_that_are_off_the_rate(talking: Pico, baud: int) -> None:
     assert len(starts) == 10
     late = [start - end for start, end in zip(starts, ends, strict=True)]
     assert min(late) >= 990e3 and max(late) <= 1010e3
-    assert talking.control_word(COLLISIONS) == 0
+    assert talking.control("COLLISIONS") == 0
 
 
 @forked
@@ -252,13 +251,13 @@ def test_a_second_talker_in_the_slot_is_a_collision(talking: Pico) -> None:
     # It begins behind our fourth byte and ends behind our last.
     talking.wire.send(STICKS, end + 1e6 + 4.3 * BYTE_NS)
     talking.board.run_for(6e6)
-    assert talking.control_word(COLLISIONS) == 1
-    assert talking.control_word(TELEMETRY_FRAMES) == 1
+    assert talking.control("COLLISIONS") == 1
+    assert talking.control("TELEMETRY_FRAMES") == 1
     assert talking.word(FRAMES) == 1
     receiver = fly(talking, 250, 10, 6, False)
     assert len(receiver.downlink) == 10
     assert talking.word(FRAMES) == 11
-    assert talking.control_word(COLLISIONS) == 1
+    assert talking.control("COLLISIONS") == 1
 
 
 @forked
@@ -281,7 +280,7 @@ def test_our_echo_is_never_an_uplink_frame(talking: Pico) -> None:
         word = talking.board.read32(address) & ~(0xFF << shift)
         talking.board.write32(address, word | forged[at - 14] << shift)
     talking.board.run_for(3e6)
-    assert talking.control_word(COLLISIONS) == 1
+    assert talking.control("COLLISIONS") == 1
     assert talking.pulses() == pulses
     assert talking.word(FRAMES) == 1
 
@@ -291,10 +290,10 @@ def test_an_echo_that_is_cut_short(talking: Pico) -> None:
     end = talking.wire.send(link_data(6), talking.at(1e6))
     talking.wire.hold(False, end + 1e6 + 5.5 * BYTE_NS, end + 1e6 + 15 * BYTE_NS)
     talking.board.run_for(6e6)
-    assert talking.control_word(COLLISIONS) == 1
+    assert talking.control("COLLISIONS") == 1
     assert talking.word(FRAMES) == 1
     assert len(fly(talking, 250, 10, 6, False).downlink) == 10
-    assert talking.control_word(COLLISIONS) == 1
+    assert talking.control("COLLISIONS") == 1
 
 
 @forked
@@ -305,7 +304,7 @@ def test_an_echo_that_is_missing(talking: Pico) -> None:
     talking.board.run_for(6.5e6)
     talking.board.write32(PIO1_IRQ_FORCE, 1 << 4)
     talking.board.run_for(50e6)
-    assert talking.control_word(COLLISIONS) == 1
+    assert talking.control("COLLISIONS") == 1
     assert talking.word(FRAMES) == len(receiver.sent) == 20
 
 

@@ -21,7 +21,6 @@ FRAMES = (
     ghst.encode.channels(0x30, STICKS, (3, 253, 64, 192)),
 )
 WIDTHS_US = [1000, 2000, 1250, 1750, 1000, 2000, 1244, 1756]
-TELEMETRY_FRAMES, COLLISIONS = 22, 23  # words of firmware.interrupts
 
 
 class InvertedPico(Pico):
@@ -48,8 +47,8 @@ def test_the_baud_rate_is_that_of_both_directions(pico: Pico, baud: int) -> None
     pico.run(TALKING, options=f"baud_rate={baud}", setup=TALKING_SETUP)
     receiver = follow(pico, baud)
     assert pico.word(ghst.decoder.SKIPPED_BYTES) == 0
-    assert len(receiver.downlink) == pico.control_word(TELEMETRY_FRAMES) >= 20
-    assert pico.control_word(COLLISIONS) == 0
+    assert len(receiver.downlink) == pico.control("TELEMETRY_FRAMES") >= 20
+    assert pico.control("COLLISIONS") == 0
     assert all(frame.ok for frame in receiver.downlink)
     slots = [frame.after_ns or 0 for frame in receiver.downlink]
     assert 990e3 <= min(slots) <= max(slots) <= 1010e3
@@ -105,6 +104,6 @@ def test_a_uart_at_another_baud_rate(
     pico = UartPico(micropython_image, firmware_files, boards.load("rpi_pico").filesystem_size)
     pico.run(TALKING, options='wire="uart", baud_rate=350_000', setup=TALKING_SETUP)
     receiver = follow(pico, 350_000)
-    assert len(receiver.downlink) == pico.control_word(TELEMETRY_FRAMES) >= 20
-    assert pico.control_word(COLLISIONS) == 0
+    assert len(receiver.downlink) == pico.control("TELEMETRY_FRAMES") >= 20
+    assert pico.control("COLLISIONS") == 0
     assert all(frame.ok for frame in receiver.downlink)

@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 from uart_rig import (
     BYTE_NS,
-    COLLISIONS,
     LATENCY_US,
-    LINK,
     LOOP,
     MSP_REQUEST,
     NVIC_DISABLE,
@@ -19,7 +17,6 @@ from uart_rig import (
     RACE,
     SETUP,
     STICKS,
-    TELEMETRY_FRAMES,
     UART1,
     WATCHDOG,
     UartPico,
@@ -225,7 +222,7 @@ def test_receivers_that_are_off_the_rate(talking: UartPico) -> None:
         assert min(times) >= 1000.0 and max(times) < 1030.0
     assert talking.word(decoder.FRAMES) == 24
     assert talking.word(decoder.SKIPPED_BYTES) == 0
-    assert talking.control_word(COLLISIONS) == 0
+    assert talking.control("COLLISIONS") == 0
 
 
 @forked
@@ -234,12 +231,12 @@ def test_a_second_talker_in_the_slot_is_a_collision(talking: UartPico) -> None:
     # It begins behind our fourth byte and ends behind our last.
     talking.wire.send(STICKS, end + 1.02e6 + 4.3 * BYTE_NS)
     talking.board.run_for(6e6)
-    assert talking.control_word(COLLISIONS) == 1
-    assert talking.control_word(TELEMETRY_FRAMES) == 1
+    assert talking.control("COLLISIONS") == 1
+    assert talking.control("TELEMETRY_FRAMES") == 1
     assert talking.word(decoder.FRAMES) == 1
     assert len(fly(talking, 250, 6).downlink) == 6
     assert talking.word(decoder.FRAMES) == 7
-    assert talking.control_word(COLLISIONS) == 1
+    assert talking.control("COLLISIONS") == 1
 
 
 @forked
@@ -253,8 +250,8 @@ def test_our_echo_is_never_an_uplink_frame(talking: UartPico) -> None:
     talking.pins.transmit = lambda value, baud: transmit(next(forged), baud)
     talking.board.run_for(3e6)
     assert next(forged, None) is None
-    assert talking.control_word(COLLISIONS) == 1
-    assert talking.control_word(TELEMETRY_FRAMES) == 1
+    assert talking.control("COLLISIONS") == 1
+    assert talking.control("TELEMETRY_FRAMES") == 1
     assert talking.pulses() == pulses
     assert talking.word(decoder.FRAMES) == 1
 
@@ -270,7 +267,7 @@ def test_an_echo_that_is_missing(talking: UartPico) -> None:
     # It is on again.
     talking.pins.transmit = transmit
     receiver = fly(talking, 500, 10)
-    assert talking.control_word(COLLISIONS) == 1
+    assert talking.control("COLLISIONS") == 1
     assert talking.word(decoder.FRAMES) == 11
     assert len(receiver.downlink) >= 4
     # TX was released all the same.
@@ -281,9 +278,9 @@ def test_an_echo_that_is_missing(talking: UartPico) -> None:
 def test_failsafe_and_what_it_forgets(talking: UartPico) -> None:
     linked = fly(talking, 250, 4)
     assert len(linked.downlink) == 4
-    assert talking.control_word(LINK) == 1
+    assert talking.control("LINK") == 1
     talking.board.run_for(520e6)
-    assert talking.control_word(LINK) == 2
+    assert talking.control("LINK") == 2
     assert talking.pulses() == [0] * 16
     talking.board.run_for(25e6)
     assert talking.no_pulses_since(talking.board.now_ns - 1e6)

@@ -20,8 +20,6 @@ MSP_REQUEST = bytes.fromhex("820c213000010100000000000078")
 # MicroPython's, the frame interrupt.
 LATENCY_US = 175.0
 UART1, WATCHDOG, NVIC_DISABLE = 0x40038000, 0x40058000, 0xE000E180
-# Words of firmware.interrupts.
-LINK, TELEMETRY_FRAMES, COLLISIONS = 0, 22, 23
 
 # A telemetry frame waits as soon as the last one is gone; no two are the same. What the main loop
 # does beside is chosen from outside.
@@ -109,8 +107,8 @@ def check_flight(pico: UartPico, receiver: GhostReceiver, count: int) -> None:
     assert [pico.word(counter) for counter in counters] == [0, 0, 0]
     assert pico.wire.contention == []
     assert receiver.noise == []
-    assert pico.control_word(TELEMETRY_FRAMES) == len(receiver.downlink)
-    assert pico.control_word(COLLISIONS) == 0
+    assert pico.control("TELEMETRY_FRAMES") == len(receiver.downlink)
+    assert pico.control("COLLISIONS") == 0
     times = slots_us(receiver)
     assert min(times) >= 1000.0 and max(times) <= 1300.0
     assert all(frame.ok for frame in receiver.downlink)

@@ -183,13 +183,13 @@ class Pico:
         """A word of the decoder's memory (`ghst.decoder`)."""
         return self.board.read32(self.memory_address + 4 * index)
 
-    def control_word(self, index: int) -> int:
-        """A word of the interrupts' array (`firmware.interrupts`)."""
-        return self.board.read32(self.control_address + 4 * index)
+    def control_place(self, name: str) -> int:
+        """Where the interrupts' array has the word that `firmware.interrupts` names so."""
+        return self.control_address + 4 * _control_words()[name]
 
     def control(self, name: str) -> int:
-        """The word of the interrupts' array that `firmware.interrupts` has under this name."""
-        return self.control_word(_control_words()[name])
+        """The word of the interrupts' array that `firmware.interrupts` names so."""
+        return self.board.read32(self.control_place(name))
 
     def at(self, after_ns: float) -> float:
         """An emulated time from now."""
