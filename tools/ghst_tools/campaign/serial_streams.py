@@ -108,7 +108,8 @@ def _pushed_wrongly(rng: random.Random, names: Sequence[bytes]) -> bytes:
         lines.insert(-1, lines[1])
     else:
         lines[-1] += b" forced"
-    return b"\x15" + b"\r".join(lines) + b"\r"
+    # What an earlier push has left is no help to this one.
+    return b"\x15" + b"\r".join([b"config begin 1", *lines]) + b"\r"
 
 
 def pushed(rng: random.Random, names: Sequence[bytes]) -> bytes:
