@@ -119,6 +119,8 @@ class SoftControl:
                 self._stamp_us = time.ticks_us()
                 self.link = LINKED
                 self._outputs.write()
+        except MemoryError:
+            raise  # the next frame tries again
         except Exception:
             # An output that takes no pulse: all go off with the next tick.
             self._dead = True
@@ -154,6 +156,8 @@ class SoftControl:
             try:
                 # Each time, lest Ctrl-C has cut the last one short.
                 self._outputs.write()
+            except MemoryError:
+                raise  # as does the next tick
             except Exception:
                 self._dead = True
                 raise

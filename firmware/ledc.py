@@ -12,6 +12,7 @@ import time
 from array import array
 
 import machine
+import micropython
 import uctypes
 from micropython import const
 
@@ -75,7 +76,7 @@ class LedcOutputs:
     def _add(self, output, index, pin, receiver, most_bits):
         pulses, at = receiver.pulses, output.channel - 1
         self._rules.append((pulses, at, output.failsafe))
-        if not output.plain:
+        if output.shaped:
             failsafe = uctypes.addressof(self._failsafe) + 2 * index
             target = self.shapes.add(output, failsafe)
             pulses = self.shapes.pulses
@@ -99,7 +100,7 @@ class LedcOutputs:
         now_us = time.ticks_us()
         elapsed_us = time.ticks_diff(now_us, self._ticks_us)
         self._ticks_us = now_us
-        self._clock[0] = (self._clock[0] + elapsed_us) & 0xFFFFFFFF
+        advance(self._clock, elapsed_us)
         return self.shapes.run(self._shape, self._context_address, frames)
 
     @property
@@ -111,7 +112,11 @@ class LedcOutputs:
         """Gives each output the pulse of its channel, or of failsafe while that has not come."""
         failsafe = self._failsafe
         shown = self.shown
-        for index, (pulses, at, give, unit, shift) in enumerate(self._rows):
+        index = -1
+        # Without `enumerate`, which takes memory: there may be none left.
+        for row in self._rows:
+            index += 1
+            pulses, at, give, unit, shift = row
             pulse = pulses[at]
             if pulse == 0:
                 pulse = failsafe[index]
@@ -129,19 +134,23 @@ class LedcOutputs:
     def lose(self):
         """Has each output do what its failsafe says, until its channel has come again."""
         failsafe = self._failsafe
-        for index, (pulses, at, rule) in enumerate(self._rules):
+        index = -1
+        for row in self._rules:
+            index += 1
+            pulses, at, rule = row
             failsafe[index] = (pulses[at] or failsafe[index]) if rule == HOLD else rule
         # Behind all of them: two outputs may follow one channel.
-        for pulses, at, _ in self._rules:
+        for row in self._rules:
+            pulses, at, rule = row
             pulses[at] = 0
         if self.shapes:
             self.shapes.lose()
 
     def off(self):
         """Ends the pulses, a running one is finished; switches go off."""
-        for _, _, give, _, _ in self._rows:
+        for row in self._rows:
             try:
-                give(0)
+                row[2](0)
             except RuntimeError:
                 continue  # somebody has switched this one off already
 
@@ -157,6 +166,12 @@ class LedcOutputs:
             self._pwm.pop().deinit()
         for pin in self.pins:
             machine.Pin(pin, machine.Pin.OUT, value=0, hold=False)
+
+
+@micropython.viper
+def advance(clock: ptr32, elapsed_us: int):  # noqa: F821 - viper's own name
+    """Adds to the word in an array; it wraps at 32 bits, and no number beyond 30 takes memory."""
+    clock[0] += elapsed_us
 
 
 def _unit(hertz, most_bits):

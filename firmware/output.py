@@ -71,6 +71,9 @@ class Output:
         self.slow_us_per_s = slow_us_per_s
         self.motor = motor
         self.switch = switch
+        self.shaped = False
+        if motor and reverse:
+            raise ValueError("a motor cannot be reversed: it would start at its maximum")
         if motor:
             self.failsafe = limits[0]
         elif switch and failsafe == NONE:
@@ -120,10 +123,15 @@ def shapes(outputs, receiver, clock, arming, link_limits):
     """Returns the `Shapes` for those of `outputs` that are not plain, None if there is no need.
 
     `outputs`: {GPIO: `Output`}; `clock`: address of a word that counts microseconds; `arming`,
-    `link_limits`: None or the arguments of `Shapes.set_arming` and `Shapes.set_link_limits`.
+    `link_limits`: None or the arguments of `Shapes.set_arming` and `Shapes.set_link_limits`. Sets
+    `shaped` of each output: whether its pulse is to come from the shapes.
     """
-    count = len([output for output in outputs.values() if not output.plain])
-    if not count and link_limits is None:
+    count = 0
+    for output in outputs.values():
+        # The channels have what weak frames brought as well; what comes out of the shapes has not.
+        output.shaped = link_limits is not None or not output.plain
+        count += output.shaped
+    if not count:
         return None
     from firmware.shapes import Shapes
 

@@ -93,7 +93,7 @@ class ServoOutputs:
                 raise ValueError(f"GP{pin} shares its PWM slice, so its frequency, with GP{other}")
             failsafe = uctypes.addressof(self.failsafe_pulses) + 2 * index
             pulse = uctypes.addressof(receiver.pulses) + 2 * (output.channel - 1)
-            if not output.plain:
+            if output.shaped:
                 pulse = self.shapes.add(output, failsafe)
             at = self._slices.index(number) * SLICE_WORDS
             self.table[at] = self._register(number, chip.PWM_COMPARE)

@@ -23,6 +23,13 @@ def shape(x: int):
         if link[0] | link[1] and (link[0] < s[word.MINIMUM_LQ] or link[1] > s[word.MAXIMUM_RSSI]):
             s[word.WEAK_FRAMES] = (s[word.WEAK_FRAMES] + s[word.CONTROLS]) & word.COUNTER_MASK
             s[word.CONTROLS] = 0
+            if s[word.LINK_LOST]:
+                # What failsafe has emptied stays that: nothing comes back with a value from here.
+                s = ptr32(s[word.CHANNELS])
+                x = 0
+                while x < 8:
+                    s[x] = 0
+                    x += 1
             return
     x = ptr32(s[word.CLOCK])[0]
     elapsed = int(uint(x - s[word.STAMP]) >> 4)
@@ -93,7 +100,7 @@ def shape(x: int):
                     x -= s[word.LAST]
                     if x > step:
                         x = step
-                    elif (x + step) >> 31:
+                    elif x < 0 - step:
                         x = 0 - step
                     x += s[word.LAST]
                 s[word.LAST] = x

@@ -31,7 +31,8 @@ LINK_WORDS = const(13)  # address of link quality and, behind it, RSSI with its 
 MINIMUM_LQ = const(14)
 MAXIMUM_RSSI = const(15)
 WEAK_FRAMES = const(16)
-FIRST_SHAPE = const(17)
+CHANNELS = const(17)  # address of the pulses of all channels
+FIRST_SHAPE = const(18)
 
 DISARMED = const(0)
 READY = const(1)  # the arm channel is low, and so is the throttle
@@ -86,6 +87,7 @@ class Shapes:
         self._count = 0
         self.address = uctypes.addressof(self._words)
         self._words[CLOCK] = clock
+        self._words[CHANNELS] = self._channel(1)
         self._words[MOTORS_LINK] = self.address + 4 * SERVOS
 
     def add(self, output, failsafe_address):

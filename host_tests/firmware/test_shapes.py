@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import random
 from fractions import Fraction
+from functools import partial
 
 import pytest
 from rig import NO_SENSORS, Pico
 
 import ghst
+from ghst_tools.campaign.fork import in_child
 
 OUTPUTS = {
     "6": {"channel": 1, "reverse": True},
@@ -231,9 +233,88 @@ def test_a_weak_link_is_no_link(pico: Pico, form: str) -> None:
     assert round(pico.meter.last(6).width_ns / 1000) == 2000
 
 
+PLAIN = {
+    "6": {"failsafe": "hold"},
+    "7": {"failsafe": 1100},
+    "8": {"failsafe": "none"},
+    "10": {"failsafe": 1200},
+}
+
+
+@both_forms({"outputs": PLAIN, "failsafe": WEAK})
+def test_a_weak_link_moves_no_plain_output_either(pico: Pico, form: str) -> None:
+    low, high = (ghst.encode.channels(0x30, (raw,) * 4, (128,) * 4) for raw in (48, 4048))
+    strong, weak = (ghst.encode.link_data(0x33, (48,) * 4, lq=lq) for lq in (80, 39))
+    pair = (low, strong)
+    pico.fly(lambda index, t: pair[index % 2], 250)
+    pico.board.run_for(60e6)
+
+    def widths_us() -> list[int]:
+        found = []
+        for pin in (6, 7, 8, 10):
+            pulses = pico.meter.since(pico.at(-45e6), pin)
+            found.append(round(pulses[-1].width_ns / 1000) if pulses else 0)
+        return found
+
+    assert widths_us() == [1000, 1000, 1000, 1500]
+    # What weak frames say is heard, and obeyed by nothing: neither now, nor in failsafe.
+    pair = (weak, weak)
+    pico.board.run_for(10e6)
+    pair = (weak, high)
+    pico.board.run_for(60e6)
+    assert widths_us() == [1000, 1000, 1000, 1500]
+    pico.board.run_for(150e6)
+    assert widths_us() == [1000, 1100, 0, 1200]
+    # Channel 5, which weak frames have brought, is not back with a frame that has 1 to 4 alone.
+    pair = (strong, strong)
+    pico.board.run_for(80e6)
+    assert widths_us() == [1000, 1000, 1000, 1200]
+    pair = (low, strong)
+    pico.board.run_for(80e6)
+    assert widths_us() == [1000, 1000, 1000, 1500]
+
+
+@pytest.mark.run(options="failsafe_ms=110, link_limits=(40, None), failsafe={6: 4400}")
+def test_a_weak_frame_that_meets_the_tick_does_not_undo_failsafe(pico: Pico) -> None:
+    pico.wire.send(ghst.encode.link_data(0x33, (48,) * 4, lq=80), pico.at(1e6))
+    pico.board.run_for(2e6)
+    weak = ghst.encode.link_data(0x33, (4048,) * 4, lq=39)
+    pico.wire.send(weak, pico.at(1e6))
+    pico.board.run_for(106e6)
+    compares = len(pico.compares)
+
+    def failsafe_ns() -> float:
+        pico.board.run_for(15e6)
+        assert [write.value & 0xFFFF for write in pico.compares[compares:][:1]] == [3520]
+        return pico.compares[compares].t_ns
+
+    def meet(end_ns: float) -> int:
+        pico.wire.send(weak, end_ns - 14e6 / 42)
+        pico.board.run_for(20e6)
+        assert pico.control("LINK") == 2
+        return pico.board.read32(0x40050000 + 3 * 0x14 + 0x0C) & 0xFFFF
+
+    written_ns = in_child(failsafe_ns)
+    # 1100 us; from well before the tick to behind what it raises.
+    found = [in_child(partial(meet, written_ns - 60e3 + 1e3 * n)) for n in range(70)]
+    assert found == [3520] * 70
+
+
+SLOWEST_LINK = {"6": {"kind": "oneshot125", "slow_us_per_s": 10_000}}
+
+
+@both_forms({"outputs": SLOWEST_LINK})
+def test_a_fast_limited_output_takes_a_long_step_the_right_way(pico: Pico, form: str) -> None:
+    low, high = (ghst.encode.channels(0x30, (raw,) * 4, (128,) * 4) for raw in (48, 4048))
+    pico.wire.send(low, pico.at(1e6))
+    pico.wire.send(high, pico.at(105e6))
+    pico.board.run_for(150e6)
+    # 125 and 250 us at 0.3125 us; the difference and the step together have more than 31 bits.
+    assert [write.value & 0xFFFF for write in pico.compares if write.slice == 3] == [400, 800]
+
+
 # Everything that an output can have at once, on eight outputs, motors that run among them.
 EVERYTHING = {
-    "reverse": True,
     "minimum_us": 1100,
     "centre_us": 1480,
     "maximum_us": 1950,
@@ -242,7 +323,10 @@ EVERYTHING = {
     "slow_us_per_s": 2000,
 }
 WORST: dict[str, object] = {
-    "outputs": {str(6 + n): EVERYTHING | {"channel": 1 + n, "motor": n > 3} for n in range(8)},
+    "outputs": {
+        str(6 + n): EVERYTHING | {"channel": 1 + n, "motor": n > 3, "reverse": n < 4}
+        for n in range(8)
+    },
     "arming": {"channel": 9, "throttle_channel": 10},
     "failsafe": {"minimum_lq_percent": 1, "minimum_rssi_dbm": -120},
 }

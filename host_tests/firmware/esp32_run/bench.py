@@ -149,7 +149,9 @@ class Bench:
 
         self.at(ms, typed)
 
-    def fly(self, from_ms, to_ms, pulses, rate_hz=250, kinds=(0x30, 0x31, 0x33, 0x32), mode=6):
+    def fly(
+        self, from_ms, to_ms, pulses, rate_hz=250, kinds=(0x30, 0x31, 0x33, 0x32), mode=6, lq=90
+    ):
         """Sends frames with these 16 pulses, or `pulses(number)`, of each kind in turn."""
         number = 0
         at_us = 1000.0 * from_ms
@@ -158,7 +160,7 @@ class Bench:
             kind = kinds[number % len(kinds)]
             if kind in (0x13, 0x33):
                 raw = [ghst.encode.raw_primary(kind, pulse) for pulse in now[:4]]
-                frame = ghst.encode.link_data(kind, raw, rf_mode=mode, lq=90, rssi_dbm=-70)
+                frame = ghst.encode.link_data(kind, raw, rf_mode=mode, lq=lq, rssi_dbm=-70)
             else:
                 frame = ghst.encode.channels_from_pulses(kind, now)
             self.ends.append(self.board.send(bytes(frame), at_us))

@@ -1,5 +1,11 @@
 """Failsafe, arming, the watchdog and what can go wrong."""
 
+import sys
+from array import array
+
+import micropython
+
+import ghst
 from esp32_run.bench import Bench
 
 PINS = (32, 33, 25, 26, 27)  # esp32_devkit: channels 1 to 5
@@ -60,6 +66,74 @@ def failsafe(tree, machine, chip):
     assert 110_000 <= lost_us - bench.ends[24] <= 143_000
     assert "link: failsafe" in bench.said and "failsafes 1" in bench.said
     assert bench.board.resets == 0
+
+
+def a_weak_link(tree, machine, chip):
+    """Weak frames move nothing, plain or not, hold off no failsafe, and bring nothing back."""
+    bench = _bench(
+        tree,
+        machine,
+        chip,
+        {
+            "outputs": {
+                "32": {"failsafe": "hold"},
+                "33": {"failsafe": 1100},
+                "25": {"failsafe": "none"},
+                "26": {"reverse": True, "failsafe": 1200},
+                "27": {"failsafe": 1300},
+            },
+            "failsafe": {"time_ms": 110, "minimum_lq_percent": 40},
+        },
+    )
+    bench.fly(400, 500, MIDDLE, kinds=(0x33, 0x30))
+    bench.fly(500, 800, HIGH, kinds=(0x33, 0x30), lq=39)
+    bench.fly(800, 860, MIDDLE, kinds=(0x33,), lq=40)
+    bench.fly(860, 900, MIDDLE, kinds=(0x33, 0x30), lq=40)
+    shown = _look(bench, 499, 590, 680, 799, 855, 899)
+    bench.run(900)
+    assert shown == [
+        [1500, 1500, 1500, 1500, 1500],
+        [1500, 1500, 1500, 1500, 1500],
+        [1500, 1100, 0, 1200, 1300],
+        [1500, 1100, 0, 1200, 1300],
+        [1500, 1500, 1500, 1500, 1300],
+        [1500, 1500, 1500, 1500, 1500],
+    ], shown
+    assert "failsafes 1" in bench.said and bench.board.resets == 0
+
+
+class _SilentPWM:
+    # The model's keeps a record, which takes memory.
+    def __init__(self, *arguments, **named):
+        pass
+
+    def duty_u16(self, duty):
+        pass
+
+
+def no_memory_is_left(tree, machine, chip):
+    """Outputs are written, lost and switched off without a byte of the heap."""
+    bench = _bench(tree, machine, chip)
+    sys.modules["machine"].PWM = _SilentPWM
+    from firmware.ledc import LedcOutputs, advance
+
+    receiver = ghst.Receiver()
+    # -1: hold. The build leaves no name for it.
+    outputs = LedcOutputs({32: 1, 33: 2}, receiver, most_bits=20, failsafe={32: -1, 33: 4400})
+    clock = array("I", [0xFFFFFF00])
+    receiver.pulses[0] = receiver.pulses[1] = 7000
+    micropython.heap_lock()
+    try:
+        outputs.write()
+        written = outputs.shown[0]
+        outputs.lose()
+        outputs.write()
+        advance(clock, 0x200)
+        outputs.off()
+    finally:
+        micropython.heap_unlock()
+    assert (written, list(outputs.shown), clock[0]) == (7000, [7000, 4400], 0x100)
+    bench.close()
 
 
 def arming(tree, machine, chip):

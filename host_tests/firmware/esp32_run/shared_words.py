@@ -48,8 +48,8 @@ class _Pointer:
 
     def __setitem__(self, index, value):
         item, offset, size = self._find(index)
-        assert size == self._bytes
-        item[offset // size] = value
+        for part in range(self._bytes // size):
+            item[offset // size + part] = value >> 8 * size * part & (1 << 8 * size) - 1
 
 
 class ptr16(_Pointer):
