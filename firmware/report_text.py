@@ -67,6 +67,9 @@ def _state(application):
             f"power step {vtx_settings['vtx_power']}, "
             f"pit mode {'on' if vtx_settings['vtx_pit_mode'] else 'off'}"
         )
+    settings = application._settings  # the property would load them
+    if settings and settings.error:
+        lines.append(f"settings: {settings.error}")
     if receiver.vtx_controls:
         lines.append("VTX control: " + receiver.vtx_control.hex())
     if application.rx5808:

@@ -44,8 +44,8 @@ class Settings:
     def load(self):
         """Reads the file; writes nothing, and raises nothing.
 
-        No file is no settings. A broken one is as well, with `error` saying so; the next save
-        keeps it as `path` + ".broken".
+        No file is no settings. A broken one, or one that cannot be read, is as well, with `error`
+        saying so; nothing is saved then but by `replace`, which keeps it as `path` + ".broken".
         """
         self._finish = None
         self._requested = self.changed = False
@@ -139,7 +139,12 @@ class Settings:
         if not self._requested:
             return False
         self._requested = False
-        return self.changed and self._write(json.dumps(self._sections).encode())
+        if not self.changed:
+            return False
+        if self._file_is_broken:
+            # What is set here alone would be a configuration, and all outputs move by it.
+            raise ValueError("it is broken, put it in order first")
+        return self._write(json.dumps(self._sections).encode())
 
     def _write(self, data):
         if len(data) > LARGEST:

@@ -5,6 +5,7 @@ from firmware.json_text import LARGEST, parse
 
 BOARD_FILE = "/board.json"
 FILE = "/ghst.json"
+_ENOENT = 2
 
 
 class BoardError(Exception):
@@ -65,6 +66,8 @@ def load():
             # No file: all is as the board has it.
             if isinstance(error, ValueError):
                 problems.append(f"{FILE} is broken: no valid JSON")
+            elif error.errno != _ENOENT:
+                problems.append(f"{FILE} cannot be read: OSError {error.errno}")
     return _configuration(here, tree, problems)
 
 

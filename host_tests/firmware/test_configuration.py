@@ -57,6 +57,42 @@ def test_with_a_broken_file_nothing_moves_and_the_reason_is_told(
     assert littlefs.read(pico.board.flash_filesystem())["/ghst.json"] == text
 
 
+def test_what_is_there_and_cannot_be_read_is_not_taken_for_no_file(pico: Pico) -> None:
+    pico.boot(files={"/ghst.json": None, "/ghst.json/kept": b""})
+    reason = "/ghst.json cannot be read: OSError 21"
+    assert f"micropython-ghst: {reason}. Nothing moves." in pico.board.console.output.decode()
+    pico.fly(lambda index, t: CENTRE, 55)
+    pico.board.run_for(200e6)
+    assert all(pico.meter.pulses[pin] == [] for pin in SERVOS)
+
+
+def test_a_broken_file_is_not_replaced_by_what_the_radio_sets(pico: Pico) -> None:
+    broken = b'{"outputs": {"8": {"motor": true}}'
+    pico.boot(files={"/ghst.json": broken})
+    # MSP_SET_VTX_CONFIG and MSP_EEPROM_WRITE, as a script of the radio sends them.
+    messages = (b"\x30\x04\x59\x1f\x00\x01\x00", b"\x31\x00\xfa")
+    frames = []
+    for message in messages:
+        xor = 0
+        for byte in message[1:]:
+            xor ^= byte
+        frames.append(ghst.encode.msp(0x21, (message + bytes([xor])).ljust(10, b"\x00")))
+
+    def frame(index: int, t_ns: float) -> bytes | None:
+        return frames.pop(0) if index % 10 == 9 and frames else CENTRE
+
+    receiver = pico.fly(frame, 55)
+    pico.board.run_for(700e6)
+    receiver.stop()
+    pico.board.run_for(1.5e9)
+    assert frames == []
+    reply = pico.reply_to_enter()
+    assert "MSP: 2 frames, 2 answered, 0 errors" in reply
+    assert "/ghst.json was not saved: it is broken, put it in order first" in reply
+    left = littlefs.read(pico.board.flash_filesystem())
+    assert left["/ghst.json"] == broken and "/ghst.json.broken" not in left
+
+
 @pytest.mark.parametrize(
     ("board", "line"),
     [

@@ -196,7 +196,7 @@ def what_no_file_can_hold_is_refused():
     equal((settings.changed, settings.get("a", "b")), (False, None))
 
 
-def a_broken_file_is_told_and_kept_when_a_new_one_is_saved():
+def a_broken_file_is_told_and_kept_and_nothing_is_saved_in_its_place():
     def test(path):
         for content in sample(_BROKEN, 3):
             _put(path, content)
@@ -207,9 +207,16 @@ def a_broken_file_is_told_and_kept_when_a_new_one_is_saved():
             equal(settings.poll(True), False)
             bytes_of = content if isinstance(content, bytes) else content.encode()
             equal((_get(path), _get(path + ".broken")), (bytes_of, None))
+            # A file with nothing but this would let all outputs move as by default.
             settings.set("vtx", "power", 3)
             settings.request_save()
-            equal((settings.poll(True), settings.error), (True, None))
+            equal(settings.poll(True), False)
+            assert "put it in order" in settings.error, settings.error
+            equal(
+                (_get(path), _get(path + ".new"), _get(path + ".broken")), (bytes_of, None, None)
+            )
+            # A whole new file may be: the user's own is kept beside it.
+            equal(settings.replace(b'{"vtx": {"power": 3}}'), True)
             _expect(path, {"vtx": {"power": 3}}, broken=bytes_of)
             # The next save leaves that alone.
             settings.set("vtx", "power", 4)
@@ -330,7 +337,9 @@ def a_folder_in_place_of_the_file_is_told_and_kept():
         assert path in settings.error
         settings.set("vtx", "power", 3)
         settings.request_save()
-        equal(settings.poll(True), True)
+        equal(settings.poll(True), False)
+        assert os.listdir(path) == []
+        equal(settings.replace(b'{"vtx": {"power": 3}}'), True)
         _expect(path, {"vtx": {"power": 3}})
         os.rmdir(path + ".broken")
 
@@ -368,10 +377,12 @@ def what_a_save_leaves_behind_when_it_is_cut_off():
                 equal((_get(path), _get(path + ".new")), (raw, None))
             else:
                 _expect(path, *left)
-            # And it can be saved to.
+            # And it can be saved to, unless it is broken.
             settings.set("vtx", "power", 9)
             settings.request_save()
-            equal(settings.poll(True), True)
+            equal(settings.poll(True), left[0] != broken)
+            if left[0] == broken:
+                equal(settings.replace(b'{"vtx": {"power": 9}}'), True)
             equal(_loaded(path).get("vtx", "power"), 9)
             equal(_get(path + ".broken"), raw if main == broken else None)
 

@@ -75,7 +75,17 @@ def put(board: Board, contents: Mapping[str, bytes]) -> None:
 
 
 def save(board: Board, values: dict[str, dict[str, Any]]) -> str:
-    """Have the board load its settings, change them to `values` and save; its words about it."""
+    """Have the board load its settings, change them to `values` and save; its words about it.
+
+    A file that is broken is not changed: a whole new one takes its place.
+    """
+    if files_of(board.flash_filesystem()) == {"/ghst.json": BROKEN}:
+        return board.exec(
+            "settings = Settings()\n"
+            "settings.load()\n"
+            f"print(settings.poll(False), settings.replace({json.dumps(values).encode()!r}), "
+            "settings.error)"
+        ).strip()
     return board.exec(
         "settings = Settings()\n"
         "settings.load()\n"
