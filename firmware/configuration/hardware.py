@@ -32,8 +32,9 @@ def check_hardware(values, board, problems):
         pins.claim(f"outputs.{pin}", pin, "pwm")
     pins.claim("led.pin", values["led"]["pin"], "led")
     _claim_sensors(values, pins)
-    if esp and values["gps"]["enabled"] and values["gps"]["uart"] == 1:
-        problems.add("gps.uart", "gps.uart is 1, which the Ghost wire has")
+    taken = 1 if esp else pins.uart(wire["pin"]) if uart else None
+    if values["gps"]["enabled"] and values["gps"]["uart"] == taken:
+        problems.add("gps.uart", f"gps.uart is {taken}, which the Ghost wire has")
     check = _check_ledc if esp else _check_slices
     check(values["outputs"], board, problems)
 
@@ -102,6 +103,13 @@ class _Pins:
                         f"wire.tx_pin: GPIO {tx_pin} is not TX of the UART whose RX GPIO {rx_pin} "
                         "is",
                     )
+
+    def uart(self, rx_pin):
+        """Returns the number of the UART whose RX a pin can be, None if there is none."""
+        for name, pins in self._functions.items():
+            if name.startswith("uart") and name.endswith(" rx") and rx_pin in pins:
+                return int(name[4:-3])
+        return None
 
     def claim(self, key, pin, function):
         """Notes who uses a pin, unless it is None."""

@@ -83,7 +83,7 @@ class Text(Point):
         )
 
     def _range(self):
-        return f"a text of at most {self.longest} ASCII letters"
+        return f"a text of at most {self.longest} ASCII characters"
 
 
 class Choice(Point):

@@ -70,6 +70,11 @@ def _check_servo(path, output, problems):
             f"{path}: the pulses at the low end, in the middle and at the high end are {low:g}, "
             f"{centre:g} and {high:g} us, must rise; turn the direction by reverse",
         )
+    if output["motor"] and output["reverse"]:
+        problems.add(
+            f"{path}.reverse",
+            f"{path}.reverse is true, must be false for a motor: it would start at its maximum",
+        )
     failsafe = output["failsafe"]
     key = f"{path}.failsafe"
     if failsafe in ("on", "off"):
@@ -87,3 +92,11 @@ def _check_switch(path, output, problems):
         problems.add(key, f'{key} is {failsafe}, must be "hold", "none", "on" or "off"')
     if output["motor"]:
         problems.add(f"{path}.motor", f"{path}.motor is for servo outputs, not for kind switch")
+    above = output["threshold_us"]
+    below = above - output["hysteresis_us"]
+    if not LOW_US < below <= above < HIGH_US:
+        problems.add(
+            f"{path}.threshold_us",
+            f"{path}: it goes on above {above:g} and off below {below:g} us, must lie between "
+            f"{LOW_US} and {HIGH_US} us, what the radio sends",
+        )

@@ -56,7 +56,6 @@ WING = [
     ("outputs.7.failsafe (", "hold"),
     ("GPIO [8]: ", ""),
     ("outputs.8.channel (1..16 or null) [3]: ", ""),
-    ("outputs.8.reverse [y/N]: ", ""),
     ("One more output?", "y"),
     ("GPIO [9]: ", "14"),
     ("outputs.14.name (", "lights"),

@@ -16,6 +16,7 @@ MAX_CHANNELS = 16
 
 _VTX_LAST_CODED = 63  # a frequency up to here codes band and channel, eight each
 _VTX_LAST_MHZ = 5999
+_LAST_LOW_POWER_DISARM = 2  # until it is armed first; 0: off, 1: always
 
 
 def answer(responder, state, on_vtx=None, on_save=None):
@@ -226,7 +227,7 @@ class Commands:
         if request.size >= 4:
             state.vtx_power = request.u8(2)
             state.vtx_pit_mode = request.u8(3) != 0
-        if request.size >= 5:
+        if request.size >= 5 and request.u8(4) <= _LAST_LOW_POWER_DISARM:
             state.vtx_low_power_disarm = request.u8(4)
         if request.size >= 7:
             state.vtx_pit_freq_mhz = request.u16(5)

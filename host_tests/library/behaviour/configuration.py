@@ -91,7 +91,7 @@ def values_of_the_wrong_type_or_range():
     ):
         lines = [line for _, line in _checked({section: {name: value}})[1]]
         assert lines and lines[0].startswith(f"{section}.{name} is {text}"), (lines, text)
-    _refused({"name": "Flügel"}, 'name is "Flügel", must be a text of at most 16 ASCII letters')
+    _refused({"name": "Flügel"}, 'name is "Flügel", must be a text of at most 16 ASCII characters')
     _refused({"role": "pilot"}, 'role is "pilot", must be one of flight, goggles')
 
 
@@ -132,6 +132,12 @@ def pins_that_cannot():
         "wire.tx_pin: GPIO 0 is not TX of the UART whose RX GPIO 5 is",
     )
     _refused({"wire": {"driver": "uart", "pin": 5, "tx_pin": 8}})
+    gps = {"uart": 1, "tx_pin": 4, "rx_pin": 9}
+    _refused(
+        {"wire": {"driver": "uart", "pin": 5, "tx_pin": 8}, "gps": gps},
+        "gps.uart is 1, which the Ghost wire has",
+    )
+    _refused({"wire": {"pin": 5}, "gps": gps})
     _refused(
         {"wire": {"driver": "uart", "pin": 5, "tx_pin": 8, "inverted": True}},
         'wire.inverted is true, must be false with wire.driver "uart": its TX is tied to the wire '
@@ -191,6 +197,30 @@ def motors_need_arming():
     _refused(
         {"outputs": {"6": {"motor": True, "failsafe": "hold"}}, "arming": {"channel": 5}},
         "outputs.6.failsafe cannot be set for a motor: it goes to its minimum",
+    )
+    # Its minimum is where the throttle is high: armed with a low one, it would run at full speed.
+    _refused(
+        {"outputs": {"6": {"motor": True, "reverse": True}}, "arming": {"channel": 5}},
+        "outputs.6.reverse is true, must be false for a motor: it would start at its maximum",
+    )
+
+
+def a_switch_can_go_on_and_off():
+    def switch(threshold_us, hysteresis_us):
+        point = {"kind": "switch", "threshold_us": threshold_us, "hysteresis_us": hysteresis_us}
+        return {"outputs": {"6": point}}
+
+    _refused(switch(1500, 500))
+    _refused(switch(2011.75, 0))
+    _refused(
+        switch(1400, 412),
+        "outputs.6: it goes on above 1400 and off below 988 us, must lie between 988 and 2012 us, "
+        "what the radio sends",
+    )
+    _refused(
+        switch(2012, 50),
+        "outputs.6: it goes on above 2012 and off below 1962 us, must lie between 988 and 2012 "
+        "us, what the radio sends",
     )
 
 

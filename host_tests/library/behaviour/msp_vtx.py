@@ -46,6 +46,8 @@ def setting_the_vtx():
     equal(_vtx(_set(b"\xff\xff\x02\x01", vtx_freq_mhz=5800)), (0, 0, 5800, 2, True, 0, 0))
     equal(_vtx(_set(b"\xa8\x16\x02\x01\x02", vtx_pit_freq_mhz=1)), (0, 0, 5800, 2, True, 2, 1))
     equal(_vtx(_set(b"\xa8\x16\x02\x01\x02\xd0\x15")), (0, 0, 5800, 2, True, 2, 5584))
+    # What there is no such setting for leaves it as it was: saved, it would ground the model.
+    equal(_vtx(_set(b"\xa8\x16\x02\x01\x03", vtx_low_power_disarm=1)), (0, 0, 5800, 2, True, 1, 0))
 
 
 def setting_the_vtx_with_separate_fields():

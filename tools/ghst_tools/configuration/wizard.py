@@ -159,7 +159,7 @@ class Wizard:
                 click.echo(f"  GPIO {number} is taken by another output")
             elif self._take(with_value(self.tree, f"{OUTPUTS}.{number}", standard)):
                 break
-        names = ("channel", "reverse") if motor else ("channel", "kind", "reverse", "failsafe")
+        names = ("channel",) if motor else ("channel", "kind", "reverse", "failsafe")
         for name in (*first, *names):
             if number in self._values[OUTPUTS]:
                 self._ask(f"{OUTPUTS}.{number}.{name}")
