@@ -87,6 +87,8 @@ class Shapes:
         self._count = 0
         self.address = uctypes.addressof(self._words)
         self._words[CLOCK] = clock
+        # Until the first frame there is no link either.
+        self._words[LINK_LOST] = 1
         self._words[CHANNELS] = self._channel(1)
         self._words[MOTORS_LINK] = self.address + 4 * SERVOS
 

@@ -245,8 +245,10 @@ PLAIN = {
 def test_a_weak_link_moves_no_plain_output_either(pico: Pico, form: str) -> None:
     low, high = (ghst.encode.channels(0x30, (raw,) * 4, (128,) * 4) for raw in (48, 4048))
     strong, weak = (ghst.encode.link_data(0x33, (48,) * 4, lq=lq) for lq in (80, 39))
-    pair = (low, strong)
+    pair = (weak, weak)
     pico.fly(lambda index, t: pair[index % 2], 250)
+    pico.board.run_for(10e6)
+    pair = (weak, high)
     pico.board.run_for(60e6)
 
     def widths_us() -> list[int]:
@@ -256,6 +258,12 @@ def test_a_weak_link_moves_no_plain_output_either(pico: Pico, form: str) -> None
             found.append(round(pulses[-1].width_ns / 1000) if pulses else 0)
         return found
 
+    assert widths_us() == [0, 0, 0, 0]
+    pair = (strong, strong)
+    pico.board.run_for(60e6)
+    assert widths_us() == [1000, 1000, 1000, 0]
+    pair = (low, strong)
+    pico.board.run_for(60e6)
     assert widths_us() == [1000, 1000, 1000, 1500]
     # What weak frames say is heard, and obeyed by nothing: neither now, nor in failsafe.
     pair = (weak, weak)
