@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+import stat
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,9 +18,16 @@ from ghst_tools.errors import GhstError
 def replacing(path: Path, mode: str = "wb", encoding: str | None = None) -> Iterator[IO[Any]]:
     """Open a new file that takes the place of `path` at the end, whole, or not at all.
 
-    A reader sees the old file or the new one, never a part.
+    A reader sees the old file or the new one, never a part. What is there and is no regular file,
+    such as a FIFO or a device, is written to as it is. A missing folder is made: of a path that
+    a user has named, `need_folder` or `check_output` comes first.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
+    if path.exists() and not path.is_file():
+        with path.open(mode, encoding=encoding) as file:
+            yield file
+        return
+    path = path.resolve()  # a link stays one, its target is replaced
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, mode, encoding=encoding) as file:
@@ -31,9 +40,30 @@ def replacing(path: Path, mode: str = "wb", encoding: str | None = None) -> Iter
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Write a file so that a reader sees the old one or the whole new one, never a part."""
+    """Write a file so that a reader sees the old one or the whole new one, never a part.
+
+    As `replacing`.
+    """
     with replacing(path) as file:
         file.write(content)
+
+
+def need_folder(path: Path) -> None:
+    """`GhstError` if the folder that `path` would be in is missing."""
+    if not path.parent.is_dir():
+        raise GhstError(f"{path}: there is no folder {path.parent}: make it first")
+
+
+def check_output(output: Path, source: Path) -> None:
+    """`GhstError` if `output` cannot be written, or is the file that `source` is read from.
+
+    `source` may be `-`, for standard input.
+    """
+    need_folder(output)
+    with contextlib.suppress(OSError, ValueError):
+        read = os.fstat(sys.stdin.fileno()) if str(source) == "-" else source.stat()
+        if stat.S_ISREG(read.st_mode) and os.path.samestat(read, output.stat()):
+            raise GhstError(f"{output}: is the file that is read: name another output")
 
 
 @contextlib.contextmanager

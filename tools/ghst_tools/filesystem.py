@@ -7,7 +7,7 @@ from littlefs import LittleFS, LittleFSError, UserContext
 
 from ghst_tools import boards, device_files
 from ghst_tools.errors import GhstError
-from ghst_tools.files import write_file
+from ghst_tools.files import explained, need_folder, write_file
 
 BLOCK_SIZE = 4096
 """Erase unit of the flash, and littlefs's block on the rp2 port (ports/rp2/rp2_flash.c)."""
@@ -78,9 +78,13 @@ def write(
     """
     root = root or boards.checkout()
     definition = boards.load(board, root)
-    output = output or root / "build" / board / "filesystem.img"
-    write_file(output, build(device_files.collect(definition, root), definition.filesystem_size))
-    return output
+    path = output or root / "build" / board / "filesystem.img"
+    if output is not None:
+        need_folder(output)
+    content = build(device_files.collect(definition, root), definition.filesystem_size)
+    with explained(path):
+        write_file(path, content)
+    return path
 
 
 @click.command()

@@ -10,7 +10,7 @@ import numpy as np
 
 from ghst_tools import uart_bits, vcd_file
 from ghst_tools.errors import GhstError
-from ghst_tools.files import explained
+from ghst_tools.files import check_output, explained
 from ghst_tools.frames import columns
 from ghst_tools.frames.formats import FORMATS, Source
 from ghst_tools.frames.recording import Recording, load
@@ -99,6 +99,7 @@ def command(
     read: it shows what was said, not how the edges looked. PulseView expands the file to ten
     million samples for a second: of a long log write a part.
     """
+    check_output(output, file)
     found, start_ns, end_ns = changes(load(Source(file, format_)), start_s, seconds)
     with explained(output):
         vcd_file.write(output, "log", SIGNALS, found, start_ns, end_ns)

@@ -6,7 +6,7 @@ import click
 
 from ghst_tools import boards, boards_document, selftest_picture
 from ghst_tools.boards import Board
-from ghst_tools.filesystem import write_file
+from ghst_tools.files import write_file
 from ghst_tools.selftest_picture import SelftestPicture
 from ghst_tools.wiring_picture import WiringPicture
 

@@ -13,7 +13,7 @@ from ghst_tools.configuration.on_board import FILE, open_configuration, port_or_
 from ghst_tools.configuration.reading import ON_BOARD, PORT
 from ghst_tools.configuration.validator import check, parse
 from ghst_tools.errors import GhstError
-from ghst_tools.files import explained, write_file
+from ghst_tools.files import explained, need_folder, write_file
 
 _FORCE = click.option(
     "--force", is_flag=True, help="Even over a file not seen before, and while the link is up."
@@ -103,6 +103,7 @@ def _push(file: str, port: str | None, force: bool, restart: bool | None) -> Non
 @click.option("--force", is_flag=True, help="Replace FILE if it is there.")
 def pull(file: Path, port: str | None, force: bool) -> None:
     """Write the file of a board to FILE (default: ghst.json), byte for byte."""
+    need_folder(file)
     with open_configuration(port_or_found(port)) as board:
         state, content = board.read()
     if content is None:
@@ -130,6 +131,7 @@ def wizard(file: Path, name: str | None, port: str | None) -> None:
     """
     from ghst_tools.configuration.wizard import Wizard
 
+    need_folder(file)
     if file.exists() and not click.confirm(f"{file} is there: replace it?", default=False):
         raise GhstError(f"{file} is left as it is: say another name")
     if name is None and port is not None:

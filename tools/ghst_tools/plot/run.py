@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from ghst_tools.errors import GhstError
-from ghst_tools.files import explained
+from ghst_tools.files import check_output, explained
 from ghst_tools.frames.formats import FORMATS, Source
 from ghst_tools.frames.recording import load
 
@@ -33,6 +33,7 @@ def command(file: Path, output: Path, format_: str | None) -> None:
     """
     if output.suffix.lower() not in _SUFFIXES:
         raise GhstError(f"{output}: say .svg or .png for the kind of picture")
+    check_output(output, file)
     recording = load(Source(file, format_))
     # matplotlib takes half a second to load: an error before does not wait for it.
     from ghst_tools.plot import draw
