@@ -9,8 +9,12 @@ from click.testing import CliRunner
 
 from ghst_tools import boards
 from ghst_tools.cli import ghst
+from ghst_tools.configuration import transfer
 from ghst_tools.configuration.command import DOCUMENT
 from ghst_tools.configuration.document import document
+from ghst_tools.configuration.keys import parse_value
+from ghst_tools.configuration.on_board import State
+from ghst_tools.errors import GhstError
 
 WRONG = """\
 {
@@ -25,6 +29,17 @@ WRONG = """\
     "gps": {"uart": 1}
 }
 """
+
+STATE = State(
+    board="rpi_pico",
+    id="e660",
+    version="0.1.0",
+    link="searching",
+    problems=(),
+    size=2,
+    hash="0",
+    restart=False,
+)
 
 
 def run(tmp_path: Path, text: str | bytes, *options: str) -> tuple[int, str]:
@@ -57,6 +72,15 @@ def test_each_problem_has_its_line(tmp_path: Path) -> None:
         ('{\n"name": "x",\n}', "FILE:3: not valid JSON: "),
         ("", "FILE:1: not valid JSON: "),
         ('{"failsafe": {"time_ms": NaN}}', "FILE: not valid JSON: NaN is no number"),
+        (
+            '{"outputs": {"6": {}},\n"gps": {},\n"outputs": {"7": {}}}',
+            "FILE:3: outputs stands there a second time, the first is in line 1\n",
+        ),
+        (
+            '{"outputs": {\n"6": {"channel": 1,\n"reverse": true,\n"channel": 2}}}',
+            "FILE:4: outputs.6.channel stands there a second time, the first is in line 2\n",
+        ),
+        ('{"name": "a",\n"name": "b",\n}', "FILE:3: not valid JSON: "),
         ("[]", "FILE:1: the configuration must be a JSON object"),
     ],
 )
@@ -64,6 +88,17 @@ def test_what_is_no_configuration(tmp_path: Path, text: str, line: str) -> None:
     status, output = run(tmp_path, text)
     assert status == 1
     assert output.startswith(line) and output.count("\n") == 1
+
+
+def test_a_value_with_a_key_twice_is_refused() -> None:
+    assert parse_value('{"channel": 1, "name": "x"}') == {"channel": 1, "name": "x"}
+    with pytest.raises(GhstError, match='the key "channel" stands more than once in an object'):
+        parse_value('{"channel": 1, "channel": 2}')
+
+
+def test_what_a_board_would_get_is_checked_the_same_way() -> None:
+    with pytest.raises(GhstError, match=r"not sent: .*\nwing\.json:1: name stands there a second"):
+        transfer.require(b'{"name": "a", "name": "b"}', "wing.json", STATE)
 
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ghst_tools.boards import Board
-from ghst_tools.configuration.validator import firmware_module
+from ghst_tools.configuration.validator import DuplicateKeyError, firmware_module, parse
 from ghst_tools.errors import GhstError
 
 OUTPUTS = "outputs"
@@ -94,7 +94,9 @@ def value_at(values: Mapping[Any, Any], key: str) -> Any:
 def parse_value(text: str) -> Any:
     """A value as a user types it: JSON, or else a word."""
     try:
-        return json.loads(text, parse_constant=str)
+        return parse(text.encode())
+    except DuplicateKeyError as error:
+        raise GhstError(f"{text}: {error}") from error
     except ValueError:
         return text
 

@@ -64,7 +64,9 @@ def show(port: str | None) -> None:
         console.print(table)
         console.print()
     if problems:
-        raise GhstError("nothing moves, for the file cannot be used:\n" + "\n".join(problems))
+        # A board takes more than this program does: JSON with a key twice, for one.
+        consequence = "nothing moves, for " if state.problems else ""
+        raise GhstError(f"{consequence}the file cannot be used:\n" + "\n".join(problems))
 
 
 @click.command("dump")

@@ -14,6 +14,15 @@ from typing import Any
 from ghst_tools import boards
 from ghst_tools.files import explained
 
+
+class DuplicateKeyError(ValueError):
+    """A key stands more than once in an object; of the values JSON parsers keep one."""
+
+    def __init__(self, key: str) -> None:
+        super().__init__(f"the key {json.dumps(key)} stands more than once in an object")
+        self.key = key
+
+
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\],:]|[^\s{}\[\],:"]+')
 
 
@@ -54,6 +63,8 @@ def check_content(content: bytes, name: str, board: boards.Board) -> list[str]:
         tree = parse(content)
     except json.JSONDecodeError as error:
         return [f"{name}:{error.lineno}: not valid JSON: {error.msg}"]
+    except DuplicateKeyError as error:
+        return [_duplicate(content.decode(), name, error)]
     except (ValueError, RecursionError) as error:
         return [f"{name}: not valid JSON: {error}"]
     lines = dict(_keys(content.decode()))
@@ -62,17 +73,40 @@ def check_content(content: bytes, name: str, board: boards.Board) -> list[str]:
 
 
 def parse(content: bytes) -> Any:
-    """What JSON text in UTF-8 says; `ValueError` if it is none."""
+    """What JSON text in UTF-8 says; `ValueError` if it is none, or has a key twice."""
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise ValueError(f"line {line} is not UTF-8") from error
-    return json.loads(text, parse_constant=_no_number)
+    tree = json.loads(text, parse_constant=_no_number)
+    # Once more, so that what is no JSON at all is told first.
+    json.loads(text, object_pairs_hook=_need_unique)
+    return tree
 
 
 def _no_number(name: str) -> Any:
     raise ValueError(f"{name} is no number")
+
+
+def _need_unique(pairs: list[tuple[str, Any]]) -> None:
+    seen = set()
+    for key, _ in pairs:
+        if key in seen:
+            raise DuplicateKeyError(key)
+        seen.add(key)
+
+
+def _duplicate(text: str, name: str, error: DuplicateKeyError) -> str:
+    """The line that tells of a duplicate key in valid JSON, with the places of both."""
+    first: dict[str, int] = {}
+    for key, line in _keys(text):
+        if key in first and key.endswith(error.key):
+            return f"{name}:{line}: {key} stands there a second time, the first is in line " + str(
+                first[key]
+            )
+        first.setdefault(key, line)
+    return f"{name}: {error}"
 
 
 def _line(lines: Mapping[str, int], key: str) -> int:

@@ -45,7 +45,7 @@ def set_(key: str, value: str, port: str | None, force: bool, restart: bool | No
         try:
             tree = {} if content is None else parse(content)
         except ValueError as error:
-            raise GhstError(f"{ON_BOARD} is not valid JSON: pull it, mend it, push it") from error
+            raise GhstError(f"{ON_BOARD}: {error}: pull it, mend it, push it") from error
         changed = keys.with_value(tree, key, keys.parse_value(value))
         _, problems = check(changed, definition)
         if problems:
