@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
 
 from ghst_tools.configuration import known_files, transfer
-from ghst_tools.configuration.on_board import BoardConfiguration, State, digest
+from ghst_tools.configuration.on_board import BoardConfiguration, State, digest, port_or_found
 from ghst_tools.errors import GhstError
 
 NEW = b'{"name": "Wing"}'
@@ -108,6 +110,18 @@ def test_each_file_is_known_by_its_board_and_its_path(
     (tmp_path / "state" / "boards.json").write_text('{"a": [')
     assert known_files.remembered("a", "-") is None
     assert known_files.keep("a", "1234", b"{}").read_bytes() == b"{}"
+
+
+def test_the_port_of_a_board_with_its_own_usb_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = [ListPortInfo("/dev/ttyUSB0"), ListPortInfo("/dev/ttyACM0")]
+    found[0].vid, found[0].pid = 0x10C4, 0xEA60
+    found[1].vid, found[1].pid = 0x303A, 0x1001
+    monkeypatch.setattr(list_ports, "comports", lambda: found)
+    assert port_or_found(None) == "/dev/ttyACM0"
+    assert port_or_found("/dev/ttyUSB0") == "/dev/ttyUSB0"
+    found.pop()
+    with pytest.raises(GhstError, match=r"^no board found on USB: say which port with --port"):
+        port_or_found(None)
 
 
 def test_where_nothing_can_be_noted_it_is_told(

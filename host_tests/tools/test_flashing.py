@@ -160,7 +160,7 @@ def test_nothing_is_copied_to_another_board(empty_board: ServedBoard, root: Path
         flash.flash("rpi_pico", empty_board.address, root, said.append)
     assert str(caught.value) == (
         "the board (Raspberry Pi Pico with RP2040) has architecture armv6m, rpi_pico has "
-        "armv7emsp: check BOARD="
+        "armv7emsp: check --board (make: BOARD=...)"
     )
     assert said == []
     assert files_on(empty_board, "/") == []
@@ -183,12 +183,23 @@ PICO = "Raspberry Pi Pico with RP2040"
         (
             Identity("micropython", (1, 28, 0), "Raspberry Pi Pico2 with RP2350", 7942),
             "the board (Raspberry Pi Pico2 with RP2350) has architecture armv7emsp, rpi_pico has "
-            "armv6m: check BOARD=",
+            "armv6m: check --board (make: BOARD=...)",
+        ),
+        (
+            Identity("micropython", (1, 28, 0), "Waveshare RP2040-Plus with RP2040", 4870),
+            "the board says it is a 'Waveshare RP2040-Plus with RP2040', rpi_pico is a "
+            "'Raspberry Pi Pico with RP2040': check --board (make: BOARD=...) and its MicroPython "
+            "image",
         ),
         (
             Identity("micropython", (1, 28, 0), "Raspberry Pi Pico W with RP2040", 4870),
-            "the board says it is a 'Raspberry Pi Pico W with RP2040', rpi_pico is a "
-            "'Raspberry Pi Pico with RP2040': check BOARD= and its MicroPython image",
+            "the board says it is a 'Raspberry Pi Pico W with RP2040': there is no board "
+            "definition for it yet: use a board of docs/boards.md",
+        ),
+        (
+            Identity("micropython", (1, 28, 0), "Raspberry Pi Pico 2 W with RP2350", 7942),
+            "the board says it is a 'Raspberry Pi Pico 2 W with RP2350': there is no board "
+            "definition for it yet: use a board of docs/boards.md",
         ),
     ],
 )
@@ -234,7 +245,8 @@ def test_no_board_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(GhstError) as caught:
         board_link.find_port(RPI_PICO)
     assert str(caught.value) == (
-        "no board found on USB: plug one in that runs MicroPython, or say PORT=..."
+        "no board found on USB: plug one in that runs MicroPython, or say which port with --port "
+        "(make: PORT=...)"
     )
 
 
@@ -245,7 +257,7 @@ def test_two_boards_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
         board_link.find_port(RPI_PICO)
     assert str(caught.value) == (
         "2 boards found: /dev/ttyACM0 (serial number E66), /dev/ttyACM1 (serial number E67): "
-        "say which with PORT=..."
+        "say which with --port (make: PORT=...)"
     )
 
 

@@ -23,6 +23,9 @@ _DEBUG_PROBE = 0x000C
 # What ESP32 boards have on USB: the chip itself, or a bridge by Silicon Labs or WCH.
 _ESPRESSIF_AND_BRIDGES = (0x303A, 0x10C4, 0x1A86)
 
+# What MicroPython calls boards whose radio chip has the pins of a Pico's LED and supply voltage.
+_WITH_RADIO = ("Raspberry Pi Pico W ", "Raspberry Pi Pico 2 W ")
+
 # Index: sys.implementation._mpy >> 10 (MicroPython's documentation of .mpy files).
 _ARCHITECTURES = (
     *("bytecode only", "x86", "x64", "armv6", "armv6m", "armv7m", "armv7em"),
@@ -60,15 +63,20 @@ class Identity:
         if self.version < OLDEST_MICROPYTHON:
             oldest = ".".join(map(str, OLDEST_MICROPYTHON))
             raise GhstError(f"the board runs MicroPython {found}: install {oldest} or later on it")
+        if self.machine.startswith(_WITH_RADIO):
+            raise GhstError(
+                f"the board says it is a {self.machine!r}: there is no board definition for it "
+                "yet: use a board of docs/boards.md"
+            )
         if self.architecture != board.mpy_arch:
             raise GhstError(
                 f"the board ({self.machine}) has architecture {self.architecture}, "
-                f"{board.name} has {board.mpy_arch}: check BOARD="
+                f"{board.name} has {board.mpy_arch}: check --board (make: BOARD=...)"
             )
         if self.machine != board.machine:
             raise GhstError(
                 f"the board says it is a {self.machine!r}, {board.name} is a {board.machine!r}: "
-                "check BOARD= and its MicroPython image"
+                "check --board (make: BOARD=...) and its MicroPython image"
             )
 
 
@@ -80,11 +88,14 @@ def find_port(board: Board) -> str:
     ports = [port for port in list_ports.comports() if _could_be(port, CHIPS[board.chip].is_rp2)]
     if not ports:
         raise GhstError(
-            "no board found on USB: plug one in that runs MicroPython, or say PORT=..."
+            "no board found on USB: plug one in that runs MicroPython, or say which port with "
+            "--port (make: PORT=...)"
         )
     if len(ports) > 1:
         known = ", ".join(f"{port.device} (serial number {port.serial_number})" for port in ports)
-        raise GhstError(f"{len(ports)} boards found: {known}: say which with PORT=...")
+        raise GhstError(
+            f"{len(ports)} boards found: {known}: say which with --port (make: PORT=...)"
+        )
     return str(ports[0].device)
 
 

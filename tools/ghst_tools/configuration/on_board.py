@@ -15,9 +15,10 @@ from typing import Any
 
 from mpremote.transport import TransportError  # type: ignore[import-untyped]
 
-from ghst_tools import board_console, boards
+from ghst_tools import board_console
 from ghst_tools.board_console import KIND, BoardConsole, NoApplicationError, message_of
-from ghst_tools.board_link import connect, find_port
+from ghst_tools.board_link import connect
+from ghst_tools.doctor.ports import only_board
 from ghst_tools.errors import GhstError
 
 FILE = "/ghst.json"
@@ -130,7 +131,7 @@ def port_or_found(port: str | None) -> str:
 
     One with a USB-serial bridge is not looked for: another might be at the Ghost wire.
     """
-    return port or find_port(boards.load(boards.DEFAULT_BOARD))
+    return port or only_board()
 
 
 def digest(content: bytes) -> str:
