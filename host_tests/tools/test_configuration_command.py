@@ -127,3 +127,27 @@ def test_the_example_is_taken(tmp_path: Path, name: str) -> None:
     block = re.search(r"^    \{\n(?: {5,}.*\n)*    \}\n", text, re.MULTILINE)
     assert block is not None
     assert run(tmp_path, block[0]) == (0, "FILE: rpi_pico takes it\n")
+
+
+def test_an_empty_object_is_as_good_as_no_file_and_an_empty_file_is_not(tmp_path: Path) -> None:
+    assert run(tmp_path, "{}") == (0, "FILE: rpi_pico takes it\n")
+    assert run(tmp_path, "")[0] == 1
+    text = (boards.checkout() / DOCUMENT).read_text(encoding="utf-8")
+    assert "one that says `{}`" in text
+
+
+def test_the_limits_of_each_kind_in_the_document_are_those_that_are_checked(
+    tmp_path: Path,
+) -> None:
+    text = (boards.checkout() / DOCUMENT).read_text(encoding="utf-8")
+    limits = re.findall(r"(\d+)\.\.(\d+) us with `(\w+)`", text)
+    assert [kind for _, _, kind in limits] == ["servo", "servo_760", "oneshot125"]
+    for lowest, highest, kind in limits:
+        for failsafe, status in (
+            (int(lowest) - 1, 1),
+            (int(lowest), 0),
+            (int(highest), 0),
+            (int(highest) + 1, 1),
+        ):
+            file = {"outputs": {"6": {"kind": kind, "failsafe": failsafe}}}
+            assert run(tmp_path, json.dumps(file))[0] == status, (kind, failsafe)
