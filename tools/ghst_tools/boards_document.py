@@ -20,6 +20,9 @@ unix port against a strict model of that port's `machine`. Of MicroPython's boar
 (`boards/*/micropython`) those of the RP2 boards were built, with 1.25.0; those of the ESP32 family
 never: that needs ESP-IDF.
 
+**Not yet.** The Raspberry Pi Pico W and Pico 2 W have no board definition of their own, and
+`ghst flash` refuses them: their radio chip has GPIO 23 to 25 and 29, and with them the LED.
+
 **Names.** A pin is called what the maker's drawing calls it, which most boards have printed beside
 it. `ghst.json` takes the number of the GPIO.
 

@@ -52,7 +52,8 @@ def build(
     if micropython is None and not is_rp2:
         raise GhstError(
             f"Debian's packages can build images for RP2 chips only, {board} has an "
-            f"{CHIPS[definition.chip].title}: name MicroPython's sources with --micropython"
+            f"{CHIPS[definition.chip].title}: name MicroPython's sources with --micropython "
+            "(make: MICROPYTHON=...)"
         )
     if not is_rp2 and shutil.which("idf.py") is None:
         raise GhstError("idf.py is missing: set ESP-IDF up as MicroPython's ports/esp32 tells")
@@ -61,7 +62,13 @@ def build(
     sources = None if micropython is None else micropython_sources.given(micropython)
     with lock(cache, report):
         if sources is None:
-            sources = micropython_sources.debian(cache, verbose=verbose, report=report)
+            try:
+                sources = micropython_sources.debian(cache, verbose=verbose, report=report)
+            except GhstError as error:
+                raise GhstError(
+                    f"no sources of MicroPython from Debian's packages: {error}: name sources of "
+                    "1.25 or newer with --micropython (make: MICROPYTHON=...), or use Debian"
+                ) from error
         if is_rp2:
             toolchain.need(verbose, report)
         place = hashlib.sha256(f"{sources.folder}\n{root}".encode()).hexdigest()[:8]
