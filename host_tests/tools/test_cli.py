@@ -86,6 +86,49 @@ def test_ctrl_c_is_one_line_and_status_130() -> None:
     assert (result.exit_code, result.stdout, result.stderr) == (130, "", "ghst: stopped\n")
 
 
+def redirected(redirection: str, *args: str) -> tuple[int, str]:
+    """Run in a shell; returns the exit status and what was on stderr."""
+    done = subprocess.run(
+        [
+            "sh",
+            "-c",
+            f'exec "$@" {redirection}',
+            "sh",
+            sys.executable,
+            "-m",
+            "ghst_tools.cli",
+            *args,
+        ],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+    )
+    return done.returncode, done.stderr
+
+
+LOG = str(boards.checkout() / "docs" / "examples" / "wire.log")
+
+
+@pytest.mark.parametrize(
+    "args", [("--help",), ("config", "defaults"), ("decode", LOG), ("decode", "--json", LOG)]
+)
+def test_an_output_that_is_full_or_closed_is_one_line_and_status_1(args: tuple[str, ...]) -> None:
+    full = "ghst: standard output: No space left on device\n"
+    assert redirected(">/dev/full", *args) == (1, full)
+    assert redirected(">&-", *args) == (1, "ghst: standard output is closed\n")
+
+
+def test_a_closed_input_is_one_line_where_something_is_read_from_it() -> None:
+    status, error = redirected("<&-", "decode", "-")
+    assert status == 1
+    assert error.startswith("ghst: standard input is closed: ") and error.count("\n") == 1
+    assert redirected("<&-", "decode", LOG) == (0, "")
+
+
+def test_a_reader_that_has_gone_is_no_error() -> None:
+    assert redirected("| true", "decode", LOG) == (0, "")
+
+
 @click.command()
 def command() -> None:
     """Stands for a command that is interrupted."""

@@ -293,6 +293,15 @@ def test_an_address_where_nothing_listens() -> None:
         serial_port.open_port("socket://127.0.0.1:1")
 
 
+@pytest.mark.parametrize("address", ["127.0.0.1:99999", "127.0.0.1:x", "127.0.0.1", ":1234", ""])
+def test_an_address_that_is_none(address: str) -> None:
+    with pytest.raises(GhstError) as caught:
+        serial_port.open_port(f"socket://{address}")
+    assert str(caught.value) == (
+        f"socket://{address}: must be socket://HOST:PORT with a PORT of 1..65535"
+    )
+
+
 def test_a_second_client_is_told_so(empty_board: ServedBoard) -> None:
     first = serial_port.open_port(empty_board.address)
     try:

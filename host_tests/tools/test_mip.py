@@ -5,11 +5,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import small_checkout
+from click.testing import CliRunner
 from served_board import ServedBoard
 
 from ghst_tools import boards, filesystem, mip
+from ghst_tools.cli import ghst
 from ghst_tools.emulator import Board
+from ghst_tools.errors import GhstError
 
 
 def test_the_manifest_of_this_checkout_is_up_to_date() -> None:
@@ -26,6 +30,19 @@ def test_it_lists_what_is_for_boards(tmp_path: Path) -> None:
         "deps": [],
         "version": "1.2.3",
     }
+
+
+def test_what_is_no_checkout_has_no_manifest(tmp_path: Path) -> None:
+    project = tmp_path / "pyproject.toml"
+    result = CliRunner().invoke(ghst, ["mip-manifest", "--tree", str(tmp_path)])
+    assert (result.exit_code, result.output) == (
+        1,
+        f"ghst: {project}: No such file or directory\n",
+    )
+    for text in ("[project]\n", "[project\n"):
+        project.write_text(text)
+        with pytest.raises(GhstError, match=r"pyproject\.toml: has no version of a project: "):
+            mip.manifest(tmp_path)
 
 
 def test_mpremote_installs_from_a_path(empty_board: ServedBoard, tmp_path: Path) -> None:

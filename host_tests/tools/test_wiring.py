@@ -14,6 +14,7 @@ from matplotlib.textpath import TextPath
 
 from ghst_tools import boards, wiring
 from ghst_tools.chips import CHIPS
+from ghst_tools.errors import GhstError
 from ghst_tools.selftest_picture import SelftestPicture
 from ghst_tools.wiring_picture import WiringPicture
 
@@ -171,3 +172,12 @@ def test_the_command_writes_one_or_all(tmp_path: Path) -> None:
     assert all((root / path).read_bytes() == content for path, content in MADE.items())
     result = run(wiring.command, ["--all", "--board", "rpi_pico"])
     assert result.exit_code == 2
+
+
+def test_a_folder_without_boards_gets_no_document(tmp_path: Path) -> None:
+    result = CliRunner().invoke(wiring.command, ["--tree", str(tmp_path)])
+    assert isinstance(result.exception, GhstError)
+    assert str(result.exception) == (
+        f"{tmp_path}: has no boards/*/board.json: name a checkout with --tree"
+    )
+    assert not list(tmp_path.iterdir())

@@ -1,10 +1,13 @@
 """The console command `ghst`: finds the subcommand's module, and nothing else."""
 
+import contextlib
+import errno
 import importlib
+import io
 import os
 import sys
 import traceback
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 from click.shell_completion import CompletionItem
@@ -39,6 +42,9 @@ COMMANDS = {
 }
 
 _INTERRUPTED = 130  # what a shell makes of Ctrl-C
+
+# What a disk or a device says that takes no more; no defect of the tools.
+_TAKES_NO_MORE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 class LazyGroup(click.Group):
@@ -78,7 +84,9 @@ class LazyGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the subcommand; a `GhstError` becomes one line on stderr and exit status 1."""
         try:
-            return super().invoke(ctx)
+            result = super().invoke(ctx)
+            sys.stdout.flush()
+            return result
         except GhstError as error:
             if ctx.params["verbose"]:
                 traceback.print_exc()
@@ -87,7 +95,7 @@ class LazyGroup(click.Group):
         except BrokenPipeError:
             # Whoever read the output has seen enough (`ghst decode ... | head`). What is still
             # buffered must not be written when Python ends.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _write_no_more()
             ctx.exit(0)
         except KeyboardInterrupt:
             click.echo("ghst: stopped", err=True)
@@ -113,8 +121,48 @@ def ghst(verbose: bool) -> None:
 
 
 def main(args: list[str] | None = None) -> Any:
-    """Run `ghst` with these arguments, or those of the process."""
-    return ghst.main(args=args, prog_name="ghst", standalone_mode=True)
+    """Run `ghst` with these arguments, or those of the process.
+
+    A standard output that takes nothing (a full disk, closed) is told in one line, with exit
+    status 1.
+    """
+    if sys.stdout is None:
+        # The next file that is opened would be in its place.
+        _fail("standard output is closed")
+    if sys.stdin is None:
+        os.open(os.devnull, os.O_RDONLY)  # takes the place 0, or the next file would
+        sys.stdin = io.TextIOWrapper(io.BufferedReader(_NoInput()))
+    try:
+        return ghst.main(args=args, prog_name="ghst", standalone_mode=True)
+    except OSError as error:
+        if error.filename is not None or error.errno not in _TAKES_NO_MORE:
+            raise
+        _write_no_more()
+        _fail(f"standard output: {error.strerror}")
+
+
+class _NoInput(io.RawIOBase):
+    """Stands for a standard input that is closed: only who reads from it fails."""
+
+    def fileno(self) -> int:
+        return 0
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: object) -> int:
+        raise GhstError("standard input is closed: give it something to read, or name a file")
+
+
+def _fail(text: str) -> NoReturn:
+    with contextlib.suppress(OSError):
+        click.echo(f"ghst: {text}", err=True)
+    sys.exit(1)
+
+
+def _write_no_more() -> None:
+    """What is still buffered must not be written when Python ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 
 from ghst_tools import boards, device_files
-from ghst_tools.files import write_file
+from ghst_tools.errors import GhstError
+from ghst_tools.files import explained, write_file
 
 MANIFEST = "package.json"
 
@@ -16,10 +17,15 @@ def manifest(root: Path | None = None) -> str:
     """The text of package.json for the modules of lib/ghst that are for boards.
 
     Addresses are relative to it, so that it works from a folder as well as from a repository.
+    `GhstError` if `root` is no checkout.
     """
     root = root or boards.checkout()
-    with (root / "pyproject.toml").open("rb") as file:
-        version = tomllib.load(file)["project"]["version"]
+    project = root / "pyproject.toml"
+    try:
+        with explained(project), project.open("rb") as file:
+            version = tomllib.load(file)["project"]["version"]
+    except (tomllib.TOMLDecodeError, KeyError) as error:
+        raise GhstError(f"{project}: has no version of a project: {error}") from error
     urls = [
         [module.relative_to("lib").as_posix(), module.as_posix()]
         for module in device_files.library_modules(root)
@@ -34,5 +40,7 @@ def manifest(root: Path | None = None) -> str:
 def command(tree: Path | None) -> None:
     """Write package.json for lib/ghst; to be run when a module comes or goes."""
     path = (tree or boards.checkout()) / MANIFEST
-    write_file(path, manifest(tree).encode())
+    content = manifest(tree).encode()
+    with explained(path):
+        write_file(path, content)
     click.echo(path)

@@ -7,6 +7,7 @@ import errno
 import socket
 from collections.abc import Iterator
 from typing import Any
+from urllib.parse import urlsplit
 
 import serial  # type: ignore[import-untyped]
 from serial.tools import list_ports  # type: ignore[import-untyped]
@@ -15,6 +16,7 @@ from serial.urlhandler import protocol_socket  # type: ignore[import-untyped]
 from ghst.protocol import BAUD_RATE  # type: ignore[import-not-found]
 from ghst_tools.errors import GhstError
 
+_SOCKET = "socket://"
 _WRITE_TIMEOUT_S = 1.0
 _PEEKED_BYTES = 4096
 
@@ -79,11 +81,24 @@ def unplugged(port: str, what_now: str) -> Iterator[None]:
 
 
 def _open(port: str, **settings: Any) -> Any:
-    make = _SocketPort if port.startswith("socket://") else serial.serial_for_url
+    if port.startswith(_SOCKET):
+        _check_address(port)
+    make = _SocketPort if port.startswith(_SOCKET) else serial.serial_for_url
     try:
         return make(port, exclusive=True, **settings)
     except (OSError, ValueError) as error:
         raise explain(port, error) from error
+
+
+def _check_address(port: str) -> None:
+    """`GhstError` if a network address is none; pyserial's words for that help nobody."""
+    try:
+        parts = urlsplit(port)
+        good = bool(parts.hostname and parts.port)
+    except ValueError:
+        good = False
+    if not good:
+        raise GhstError(f"{port}: must be socket://HOST:PORT with a PORT of 1..65535")
 
 
 def _known_ports() -> str:

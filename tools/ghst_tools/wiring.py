@@ -6,7 +6,8 @@ import click
 
 from ghst_tools import boards, boards_document, selftest_picture
 from ghst_tools.boards import Board
-from ghst_tools.files import write_file
+from ghst_tools.errors import GhstError
+from ghst_tools.files import explained, write_file
 from ghst_tools.selftest_picture import SelftestPicture
 from ghst_tools.wiring_picture import WiringPicture
 
@@ -47,7 +48,10 @@ def command(board: str | None, every: bool, tree: Path | None) -> None:
     if board and every:
         raise click.UsageError("--board and --all exclude each other")
     root = tree or boards.checkout()
+    if not boards.names(root):
+        raise GhstError(f"{root}: has no boards/*/board.json: name a checkout with --tree")
     made = pictures(boards.load(board, root)) if board else documents(root)
     for path, content in made.items():
-        write_file(root / path, content)
+        with explained(root / path):
+            write_file(root / path, content)
         click.echo(root / path)

@@ -13,7 +13,7 @@ from ghst_tools.configuration.document import document
 from ghst_tools.configuration.reading import diff, dump, get, show
 from ghst_tools.configuration.validator import check, check_file
 from ghst_tools.configuration.writing import pull, push, set_, wizard
-from ghst_tools.files import write_file
+from ghst_tools.files import explained, write_file
 
 DOCUMENT = Path("docs/configuration.md")
 
@@ -51,7 +51,8 @@ def defaults_command(name: str) -> None:
 def document_command() -> None:
     """Write docs/configuration.md."""
     path = boards.checkout() / DOCUMENT
-    write_file(path, document().encode())
+    with explained(path):
+        write_file(path, document().encode())
     click.echo(path)
 
 
