@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from recordings import log_text
+from terminal import terminal
 
 from ghst_tools.cli import ghst
 from ghst_tools.files import replacing, write_file
@@ -63,6 +64,17 @@ def test_a_missing_folder_is_told_and_not_made(
     error = "ghst: no/such/out.svg: there is no folder no/such: make it first\n"
     assert run(*words, "no/such/out.svg") == (1, error)
     assert not Path("no").exists()
+
+
+@pytest.mark.parametrize("words", [("sniff",), ("simulate",), ("monitor", "--json")])
+def test_a_log_in_a_missing_folder(tmp_path: Path, words: tuple[str, ...]) -> None:
+    path = tmp_path / "no" / "wire.log"
+    with terminal() as wire:
+        assert run(*words, "--port", wire.port, "--log", path) == (
+            1,
+            f"ghst: {path}: there is no folder {path.parent}: make it first\n",
+        )
+    assert not path.parent.exists()
 
 
 def test_a_fifo_is_written_to(log: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ghst_tools.errors import GhstError
+from ghst_tools.files import need_folder
 
 
 class CsvLog:
@@ -19,6 +20,7 @@ class CsvLog:
 
     def __init__(self, path: Path) -> None:
         """`GhstError` if there is such a file already, or it cannot be made."""
+        need_folder(path)
         try:
             self._file: IO[str] = path.open("x", newline="", encoding="utf-8")
         except FileExistsError:

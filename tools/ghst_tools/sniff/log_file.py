@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from ghst_tools.errors import GhstError
-from ghst_tools.files import explained
+from ghst_tools.files import explained, need_folder
 from ghst_tools.frames import log
 
 _FLUSH_EVERY_S = 0.2
@@ -29,6 +29,7 @@ class LogFile:
         if self.path is None:
             yield
             return
+        need_folder(self.path)
         with explained(self.path):
             try:
                 self._file = self.path.open("x", encoding="ascii")
