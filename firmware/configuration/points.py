@@ -174,7 +174,7 @@ OUTPUT = (
         "middle. oneshot125: an eighth as long, for ESCs. unused: the pin is left alone.",
     ),
     Text("name", "", 16, "For you: aileron, say."),
-    Flag("reverse", False, "Turns the direction."),
+    Flag("reverse", False, "Turns the direction; not of a motor."),
     Number(
         "minimum_us",
         None,

@@ -50,7 +50,7 @@ bridge may as well be an adapter on the Ghost wire. A chip with its own USB, suc
 and the ESP32-C3, is found.
 
 An application that runs goes on meanwhile: nothing is stopped, and reading, sending and checking a
-file delay no pulse; while the board checks a file, 0.2 to 0.3 s, telemetry waits. A board that
+file delay no pulse; while the board checks a file, 0.2 s, telemetry waits. A board that
 stands at MicroPython's prompt is configured as well.
 
 **Before a file is saved** it is checked on this computer and once more on the board. It is written

@@ -79,7 +79,12 @@ class ConsoleServer:
 
 @click.command()
 @click.option("--board", "name", default=boards.DEFAULT_BOARD, show_default=True)
-@click.option("--tcp-port", default=0, help="Port to listen on; default: a free one.")
+@click.option(
+    "--tcp-port",
+    type=click.IntRange(0, 65_535),
+    default=0,
+    help="Port to listen on; default: a free one.",
+)
 @click.option(
     "--filesystem",
     "image",
