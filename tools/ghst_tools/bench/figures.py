@@ -59,7 +59,11 @@ class Findings:
     slots_us: dict[str, list[float]] = field(default_factory=dict)
     """When telemetry began behind the last control frame, for each load."""
     share_percent: float = 100.0
-    """Of the CPU at 500 Hz."""
+    """Of the CPU at 500 Hz, with control frames alone."""
+    talking_percent: float = 100.0
+    """The same with telemetry behind each of them."""
+    kept: dict[str, int] = field(default_factory=dict)
+    """Bytes of RAM with nothing connected, for each form of the firmware."""
     heap_bytes: int = -1
     pulse_errors_us: list[float] = field(default_factory=list)
 

@@ -18,13 +18,13 @@ from ghst_tools.bench import (
     document,
     goals,
     host,
-    interrupts,
     languages,
     memory,
     modules,
     outputs,
     parts,
     plots,
+    share,
     variants,
 )
 from ghst_tools.bench.figures import FULL, QUICK, Effort, Findings, Table
@@ -43,17 +43,17 @@ def measurements(
     """What is to be measured, in its order, and how to do it."""
     rig = Rig(image)
     yield "from the wire to the registers", partial(control_path.latency, rig, effort, findings)
-    yield "cycles of the interrupts", partial(interrupts.cycles, rig)
+    yield "cycles of the interrupts", partial(share.cycles, rig)
     yield "parts of the interrupt", partial(parts.parts, rig)
     if effort.variant_frames:
         yield "other ways", partial(variants.variants, rig, effort)
     yield "four languages", partial(languages.languages, rig)
-    yield "share of the CPU", partial(interrupts.share, rig, effort, findings)
+    yield "share of the CPU", partial(share.share, rig, effort, findings)
     yield "pulses at the pins", partial(outputs.pulses, rig, effort, findings)
     yield "failsafe", partial(control_path.failsafe, rig, effort)
     yield "power-on to pulses", partial(outputs.boot, rig, effort)
     yield "RAM", partial(memory.ram, rig, effort, findings)
-    yield "RAM of the modules", partial(modules.modules, rig, effort)
+    yield "RAM of the modules", partial(modules.modules, rig, effort, findings)
     yield "files", partial(memory.flash, rig)
     yield "the library on the host", partial(host.speed, effort)
     yield "decoding recordings on the host", partial(decode.speed, effort)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 
 from ghst_tools.bench.control_path import latencies_us
+from ghst_tools.bench.echo import ECHO_WAYS, SHARE_HZ, cost
 from ghst_tools.bench.figures import Effort, Spread, Table
 from ghst_tools.bench.rig import Change, Rig
 from ghst_tools.errors import GhstError
@@ -155,11 +156,12 @@ def others(rig: Rig) -> dict[str, dict[str, Sequence[Change]]]:
             _DECODER: ((_SCAN, _THUMB), (_CRC_ODD + _CRC_LOOP, _THUMB_CALL))
         },
         "decoder within the handler (1)": {_INTERRUPTS: _inlined(rig)},
+        **ECHO_WAYS,
     }
 
 
 def variants(rig: Rig, effort: Effort) -> tuple[Table, ...]:
-    """How late the registers are with each of them."""
+    """How late the registers are with each of them, and what an echo costs."""
     rows = []
     size = _size(rig)
     for name, changes in others(rig).items():
@@ -167,29 +169,36 @@ def variants(rig: Rig, effort: Effort) -> tuple[Table, ...]:
             variant = rig.variant(changes) if changes else rig
         except GhstError as error:
             # What the compiler says stands behind the name of the file.
-            rows.append((name, str(error).rpartition(": ")[2], "", ""))
+            rows.append((name, str(error).rpartition(": ")[2], *4 * ("",)))
             continue
         found, lost = latencies_us(variant.asleep, effort.variant_frames)
         if lost:
             raise AssertionError(f"{name}: {lost} frames lost")
         spread = Spread.of(found)
+        echo = taken = ""
+        if not changes or name in ECHO_WAYS:
+            echo, taken = cost(variant, effort)
         rows.append(
             (
                 name,
                 f"{spread.mean:.2f}",
                 f"{spread.maximum:.2f}",
+                echo,
+                taken,
                 f"{_size(variant) - size:+d}" if changes else "",
             )
         )
     table = Table(
         "Other ways that were tried",
         "Last stop bit to last compare register, in microseconds, with an idle main loop and "
-        f"{effort.variant_frames} frames, and what the .mpy files of decoder and interrupts grow "
-        "by, in bytes; each change is made to the text of the firmware in "
-        "tools/ghst_tools/bench/variants.py and put on a board of its own. A function of viper is "
-        "too big where a branch in it would reach farther than 2 kB. (1): without MSP and without "
-        "the CRC of a buffer, to make room.",
-        ("control path", "mean", "max", "bytes more"),
+        f"{effort.variant_frames} frames; for the ways to take our echo, the CPU cycles of its "
+        f"interrupt, and the share of the CPU at {SHARE_HZ} Hz with telemetry behind each frame, "
+        "measured as it is below; and what the .mpy files of decoder and interrupts grow "
+        "by, in bytes. Each change is made to the text of the firmware in "
+        "tools/ghst_tools/bench (variants.py, echo.py) and put on a board of its own. A function "
+        "of viper is too big where a branch in it would reach farther than 2 kB. (1): without MSP "
+        "and without the CRC of a buffer, to make room.",
+        ("control path", "mean", "max", "echo, cycles", "share", "bytes more"),
         tuple(rows),
     )
     return (table,)

@@ -64,7 +64,8 @@ def steps(pulse: int) -> int:
 
 
 @functools.cache
-def _control_words() -> dict[str, int]:
+def control_words() -> dict[str, int]:
+    """The words of the interrupts' array, as `firmware.interrupts` names them: name -> index."""
     # The module itself needs MicroPython.
     text = (boards.checkout() / "firmware/interrupts.py").read_text(encoding="utf-8")
     found = re.findall(r"^([A-Z_]+) = const\((\d+)\)", text, re.MULTILINE)
@@ -185,7 +186,7 @@ class Pico:
 
     def control_place(self, name: str) -> int:
         """Where the interrupts' array has the word that `firmware.interrupts` names so."""
-        return self.control_address + 4 * _control_words()[name]
+        return self.control_address + 4 * control_words()[name]
 
     def control(self, name: str) -> int:
         """The word of the interrupts' array that `firmware.interrupts` names so."""
