@@ -1,6 +1,7 @@
 """What once went wrong in the campaign, done again; and that it would be noticed."""
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +9,14 @@ import pytest
 
 import ghst
 from ghst_tools.campaign import cases, library_bytes, wire_bytes
+from ghst_tools.campaign.areas import AREAS, Area
+from ghst_tools.campaign.effort import SEED, SHORT
+from ghst_tools.campaign.fork import ChildError
 from ghst_tools.campaign.model import Model
 from ghst_tools.campaign.picos import Picos
 from ghst_tools.campaign.run import attempt
-from ghst_tools.campaign.verdict import Wrong
+from ghst_tools.campaign.setting import Setting
+from ghst_tools.campaign.verdict import Row, Wrong
 from ghst_tools.errors import GhstError
 
 FILES = sorted(cases.folder().glob("*.json"))
@@ -24,7 +29,8 @@ def test_a_saved_case(path: Path, picos: Picos) -> None:
 
 
 def test_each_kind_has_a_saved_case() -> None:
-    assert {cases.load(path)["kind"] for path in FILES} == set(cases.REPLAYS)
+    # A whole trial is saved only for want of anything smaller: see below.
+    assert {cases.load(path)["kind"] for path in FILES} | {"trial"} == set(cases.REPLAYS)
 
 
 def test_a_wrong_result_is_noticed_and_becomes_a_case(
@@ -35,7 +41,9 @@ def test_a_wrong_result_is_noticed_and_becomes_a_case(
     with monkeypatch.context() as patch:
         # A receiver that takes one pulse too long for right.
         patch.setattr(Model, "_control", one_pulse_too_long)
-        _, right = attempt("library", lambda: library_bytes.fuzz(1, 200), console)
+        setting = Setting(picos.image, SHORT, SEED)
+        trial = partial(library_bytes.fuzz, 1, 200)
+        _, right = attempt("bytes", "library", trial, setting, console)
         assert not right
     saved = list(tmp_path.glob("*.json"))
     assert len(saved) == 1
@@ -47,6 +55,45 @@ def test_a_wrong_result_is_noticed_and_becomes_a_case(
         patch.setattr(Model, "_control", one_pulse_too_long)
         with pytest.raises(Wrong, match="the receiver is not as the model"):
             cases.replay(case, picos)
+
+
+@pytest.mark.parametrize(
+    "error", [Wrong("it moved"), TimeoutError("it moved"), ChildError("it moved")], ids=repr
+)
+def test_a_failure_without_a_case_is_saved_as_its_trial(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, picos: Picos, error: Exception
+) -> None:
+    monkeypatch.setattr(cases, "folder", lambda: tmp_path)
+    asked: list[Setting] = []
+    broken = True
+
+    def trial(setting: Setting) -> list[Row]:
+        asked.append(setting)
+        if broken:
+            raise error
+        return [Row("a fault", "done", "nothing")]
+
+    area = Area("Line", lambda setting: iter([("moving", partial(trial, setting))]))
+    monkeypatch.setitem(AREAS, "line", area)
+    setting = Setting(picos.image, SHORT, 7)
+    rows, right = attempt("line", "moving", partial(trial, setting), setting, Recorder())
+    assert not right and "it moved" in rows[0].happened
+    (path,) = tmp_path.iterdir()
+    case = cases.load(path)
+    with pytest.raises(type(error), match="it moved"):
+        cases.replay(case, picos)
+    broken = False
+    cases.replay(case, picos)
+    assert [(one.image, one.effort, one.seed) for one in asked] == 3 * [(picos.image, SHORT, 7)]
+    assert asked[-1].picos is picos
+    with pytest.raises(Wrong, match="no trial line, 'flying' any more"):
+        cases.replay(case | {"name": "flying"}, picos)
+
+
+def test_a_whole_trial_as_a_case_is_the_trial_of_its_area(picos: Picos) -> None:
+    case = cases.trial_case("mutation", "applicable", Setting(Path(), SHORT, SEED))
+    del case["effort"]["talks"]
+    cases.replay(case | {"effort": case["effort"] | {"unknown": 1}}, picos)
 
 
 class Recorder:

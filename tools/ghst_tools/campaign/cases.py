@@ -1,9 +1,10 @@
-"""Failing cases of the campaign: saved to a folder, each a test from then on."""
+"""Cases of the campaign: what once went wrong, saved to a folder, each a test from then on."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,35 @@ from ghst_tools.campaign import (
     serial_bytes,
     wire_bytes,
 )
+from ghst_tools.campaign.areas import AREAS
+from ghst_tools.campaign.effort import SHORT, Effort
 from ghst_tools.campaign.picos import Picos
+from ghst_tools.campaign.setting import Setting
+from ghst_tools.campaign.verdict import expect
 from ghst_tools.errors import GhstError
 from ghst_tools.files import write_file
 
 FOLDER = "host_tests/campaign/cases"
+
+
+def trial_case(area: str, name: str, setting: Setting) -> dict[str, Any]:
+    """A trial as a case: what failed without saying more is done again as a whole."""
+    effort = asdict(setting.effort)
+    return {"kind": "trial", "area": area, "name": name, "seed": setting.seed, "effort": effort}
+
+
+def _replay_trial(case: dict[str, Any], picos: Picos) -> None:
+    # Counts that have come since are those of the short form; those that are gone do not matter.
+    known = {field.name for field in fields(Effort)}
+    effort = asdict(SHORT) | {name: n for name, n in case["effort"].items() if name in known}
+    if effort["cpu_faults"] is not None:
+        effort["cpu_faults"] = tuple(effort["cpu_faults"])
+    setting = Setting(picos.image, Effort(**effort), case["seed"])
+    setting.__dict__["picos"] = picos
+    trials = dict(AREAS[case["area"]].trials(setting)) if case["area"] in AREAS else {}
+    expect(case["name"] in trials, f"there is no trial {case['area']}, {case['name']!r} any more")
+    trials[case["name"]]()
+
 
 REPLAYS = {
     "bytes": lambda case, picos: library_bytes.replay(case),
@@ -29,6 +54,7 @@ REPLAYS = {
     "configuration": configuration_files.replay,
     "serial": serial_bytes.replay,
     "console": lambda case, picos: console_bytes.replay(case),
+    "trial": _replay_trial,
 }
 
 
@@ -58,5 +84,5 @@ def load(path: Path) -> dict[str, Any]:
 
 
 def replay(case: dict[str, Any], picos: Picos) -> None:
-    """Do again what once went wrong; raises `verdict.Wrong` if it still does."""
+    """Do again what once went wrong; raises what the trial raises if it still does."""
     REPLAYS[case["kind"]](case, picos)

@@ -10,6 +10,7 @@ from ghst_tools.campaign.line import CENTRE
 from ghst_tools.campaign.periods import Periods
 from ghst_tools.campaign.pico import NO_SENSORS, SERVOS, Pico
 from ghst_tools.campaign.picos import check_outputs, connect_battery, forked
+from ghst_tools.campaign.resets import RESETS, reset
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
 
@@ -18,7 +19,7 @@ READY = b"sensors: battery"
 # A console command for each fault: `fault NAME`.
 USER = b"""
 import gc, machine, time
-kept = []
+kept = [None]
 def spin(application):
     while True:
         pass
@@ -29,13 +30,19 @@ def fail(*arguments):
 def recurse(application):
     recurse(application)
 def fill(application):
-    while True:
-        kept.append(bytearray(512))
+    for keep in (lambda: (kept[0], bytearray(512)), lambda: (kept[0],)) * 2:
+        try:
+            while True:
+                kept[0] = keep()
+        except MemoryError:
+            gc.collect()
+    print("heap full:", gc.mem_free(), "bytes free")
 def fill_and_free(application):
     try:
         fill(application)
+        bytearray(512)
     finally:
-        kept.clear()
+        kept[0] = None
 def collect(application):
     application.steps.append(lambda now_ms: gc.collect())
     print("main loop: collected from now on")
@@ -70,7 +77,6 @@ _SLICES = 4
 _VTX_SETUP = bytes(ghst.encode.vtx_setup(0, 5800, 25, 0x48))
 # MSP version 2, command 0x3000, nothing behind it (protocol.md, "MSP inside GHST").
 _MSP_REQUEST = bytes(ghst.encode.msp(0x21, b"\x50\x00\x00\x30" + bytes(6)))
-_PIO0_CTRL, _PIO0_INTE, _PIO1_CTRL, _DMA_ABORT = 0x50200000, 0x5020012C, 0x50300000, 0x50000444
 
 # Name of the command, what it is, and what the board tells to Enter afterwards.
 STANDS, SAYS_NOTHING = "", "nothing that is looked at"
@@ -153,26 +159,6 @@ def deaf(pico: Pico) -> str:
     )
 
 
-def reset(pico: Pico, break_it: Callable[[Pico], None]) -> str:
-    """Break the control path in flight; the watchdog resets, and the pulses come again."""
-    pico.fly(lambda index, t: CENTRE, _RATE_HZ)
-    pico.board.run_for(100e6)
-    broken = pico.board.now_ns
-    break_it(pico)
-    pico.board.run_until(lambda: bool(pico.board.resets), 1.5e9)
-    at = pico.board.resets[0][0]
-    expect(0.9e9 < at - broken < 1.15e9, f"a reset after {(at - broken) / 1e6} ms")
-    pico.board.run_for(700e6)
-    first = min(pulse.rise_ns for pin in SERVOS for pulse in pico.meter.since(at, pin)[:1])
-    expect(first - at < 650e6, f"pulses {(first - at) / 1e6} ms after the reset")
-    equal(len(pico.board.resets), 1, "resets")
-    check_outputs(pico)
-    return (
-        f"the watchdog reset the chip {(at - broken) / 1e6:.0f} ms later; pulses again "
-        f"{(first - at) / 1e6:.0f} ms after the reset, the link was up all the time"
-    )
-
-
 def _answer(pico: Pico) -> str | None:
     """What the console answers to Enter, and has said before; None if it does not answer."""
     start = len(pico.board.console.output)
@@ -183,23 +169,6 @@ def _answer(pico: Pico) -> str | None:
         return None
     pico.board.run_for(10e6)
     return bytes(pico.board.console.output).decode(errors="replace")
-
-
-def _write(address: int, value: int) -> Callable[[Pico], None]:
-    return lambda pico: pico.board.write32(address, value)
-
-
-RESETS: tuple[tuple[str, str, Callable[[Pico], None]], ...] = (
-    ("hard tick starved", "its state machine stopped", _write(_PIO1_CTRL, 0)),
-    ("receiver stopped", "its state machine stopped", _write(_PIO0_CTRL, 0)),
-    ("frame interrupt off", "masked in the PIO block", _write(_PIO0_INTE, 0)),
-    ("DMA stopped", "all channels aborted", _write(_DMA_ABORT, 0xFFF)),
-    (
-        "interrupts off for ever",
-        "by a user's code",
-        lambda pico: pico.board.console.write(b"fault deaf_for_ever\r"),
-    ),
-)
 
 
 def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
@@ -216,6 +185,7 @@ def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
         act = partial(fault, name=name, after=after, frame=frame)
         yield what, partial(run, what, f"in flight at {_RATE_HZ} Hz, then 0.4 s more", act)
     yield "deaf", partial(run, "interrupts off", "for 50 ms, by a user's code", deaf)
-    for what, done, break_it in RESETS if chosen is None else ():
-        act = partial(reset, break_it=break_it)
-        yield what, partial(run, what, f"{done}, in flight with the link up", act)
+    for each in RESETS if chosen is None else ():
+        act = partial(reset, fault=each)
+        done = f"{each.done}, in flight at {_RATE_HZ} Hz; the receiver goes on sending"
+        yield each.what, partial(run, each.what, done, act)

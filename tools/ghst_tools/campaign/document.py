@@ -29,8 +29,8 @@ them is typed by hand.
 
 Everything random comes from the seed that is named with each section, and what runs on the
 emulated chip is in emulated time: the same command gives the same result everywhere. What goes
-wrong is saved to a file in `host_tests/campaign/cases`, which is a test from then on; a case that
-was mended stays there.
+wrong is saved to a file in `host_tests/campaign/cases`, which is a test from then on: the bytes or
+the file, or else the whole trial. A case that was mended stays there.
 
 The long form is for a night: its hour of flight takes hours, since the emulator needs some seconds
 of CPU time for a second of it, and so do the broken files that the emulated board reads. A section

@@ -22,17 +22,22 @@ from ghst_tools.files import write_file
 DOCUMENT = "docs/reliability.md"
 
 
-def attempt(name: str, trial: Trial, console: Console) -> tuple[list[Row], bool]:
-    """Run a trial; its rows, and whether all was right. A failing case is saved."""
+def attempt(
+    area: str, name: str, trial: Trial, setting: Setting, console: Console
+) -> tuple[list[Row], bool]:
+    """Run a trial; its rows, and whether all was right.
+
+    What fails is saved: the case that it names, or else the trial itself.
+    """
+    case = None
     try:
         return trial(), True
     except Wrong as wrong:
-        reason = str(wrong)
-        if wrong.case is not None:
-            path = cases.save(wrong.case, reason)
-            reason += f" (saved as {path.name})"
+        reason, case = str(wrong), wrong.case
     except (TimeoutError, ChildError) as error:
         reason = f"{type(error).__name__}: {error}"
+    path = cases.save(case or cases.trial_case(area, name, setting), reason)
+    reason += f" (saved as {path.name})"
     console.print(f"  {name}: WRONG: {reason}", style="bold red", markup=False)
     return [Row(name, "", f"WRONG: {reason}")], False
 
@@ -50,7 +55,7 @@ def campaign(
         console.print(f"{area.title}, seed {setting.seed}", style="bold")
         for trial_name, trial in area.trials(setting):
             with console.status(f"{name}: {trial_name}"):
-                found, right = attempt(trial_name, trial, console)
+                found, right = attempt(name, trial_name, trial, setting, console)
             wrong += not right
             rows += found
             for row in found if right else ():
