@@ -24,8 +24,8 @@ NOT_MODELLED = (
     "Entering and leaving an interrupt takes no cycles; a Cortex-M0+ needs 15 to enter.",
     "There is no input synchroniser: an edge reaches the PIO two cycles (16 ns) earlier than on "
     "the chip.",
-    "A state machine that waits for an edge goes on at the very edge; on the chip it sees the edge "
-    "at the next cycle of its divided clock. That error of the receiver's sampling, up to one of "
+    "A state machine that waits for an edge goes on at the edge itself, on the chip at the next "
+    "cycle of its divided clock. That error in the phase of the receiver's samples, up to one of "
     "its cycles, is missing.",
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from functools import partial
 
@@ -71,6 +72,10 @@ def setup(application):
     application.console.add("fault", lambda name: globals()[name](application), "fault NAME")
 """
 
+# What the board tells when nothing is left, also for less than `_PIECE` bytes.
+_FILLING = ("fill", "fill_and_free")
+_HEAP_FULL = re.compile(rb"heap full: (\d+) bytes free\r\n")
+_PIECE = 512
 _RATE_HZ = 250
 _RUN_NS = 0.4e9
 _SLICES = 4
@@ -113,7 +118,10 @@ def fault(pico: Pico, name: str, after: str, frame: bytes | None) -> str:
     connect_battery(pico)
     receiver = pico.fly(lambda index, t: frame if frame and index == 80 else CENTRE, _RATE_HZ)
     pico.board.run_for(100e6)
+    output = pico.board.console.output
     pico.board.console.write(f"fault {name}\r".encode())
+    if name in _FILLING:
+        pico.board.run_until(lambda: _HEAP_FULL.search(output) is not None, 2e9)
     pico.board.run_for(_RUN_NS)
     receiver.stop()
     pico.board.run_for(3e6)
@@ -127,6 +135,10 @@ def fault(pico: Pico, name: str, after: str, frame: bytes | None) -> str:
     expect(not pico.board.resets, "the watchdog has reset the board")
     happened = f"all {controls} control frames written to the outputs, none of {pulses} pulses "
     happened += "missing or different, no reset"
+    full = _HEAP_FULL.search(output)
+    if full is not None:
+        expect(int(full[1]) < _PIECE, f"{int(full[1])} bytes of the heap are free")
+        happened += f"; {int(full[1])} bytes of the heap were left"
     if after == SAYS_NOTHING:
         return happened
     told = _answer(pico)
@@ -183,7 +195,9 @@ def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
         if chosen is not None and name not in chosen:
             continue
         act = partial(fault, name=name, after=after, frame=frame)
-        yield what, partial(run, what, f"in flight at {_RATE_HZ} Hz, then 0.4 s more", act)
+        flight = f"in flight at {_RATE_HZ} Hz"
+        flight += ", frames until the heap is full and" if name in _FILLING else ", then"
+        yield what, partial(run, what, f"{flight} 0.4 s more", act)
     yield "deaf", partial(run, "interrupts off", "for 50 ms, by a user's code", deaf)
     for each in RESETS if chosen is None else ():
         act = partial(reset, fault=each)
