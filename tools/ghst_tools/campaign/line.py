@@ -11,6 +11,7 @@ from ghst import decoder
 from ghst_tools.campaign.pico import TALKING, TALKING_SETUP, Pico
 from ghst_tools.campaign.picos import Picos, check_outputs, forked, no_exception
 from ghst_tools.campaign.setting import Setting
+from ghst_tools.campaign.talkers import echo_missing, second_talker
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
 from ghst_tools.emulator.wire import BAUD
 from ghst_tools.uart_bits import encode
@@ -19,8 +20,8 @@ FAILSAFE_NS = 110e6
 FAILSAFE_LIMIT_NS = 130e6  # two ticks more
 LAST_PULSE_NS = 2.2e6  # it may have begun just before
 _BIT_NS = 1e9 / BAUD
+_SHIFT_NS = 41.3
 FRAME_NS = 140 * _BIT_NS
-_PIO1_IRQ_FORCE = 0x50300034
 
 CENTRE = bytes(ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4))
 ENDS = bytes(ghst.encode.channels(0x30, (48, 4048, 1048, 3048), (3, 253, 64, 192)))
@@ -107,40 +108,14 @@ def slow_edges(pico: Pico, late_ns: float, rising: bool, count: int) -> str:
 
 
 def off_rate(pico: Pico, baud: float, count: int) -> str:
-    """Frames at another baud rate, at every phase of the state machine's clock."""
+    """Frames at another baud rate, each a little later against the clock of the chip."""
     for index in range(count):
-        pico.wire.send(ENDS, pico.at(1.7e6 + 41.3 * index), baud=baud)
+        pico.wire.send(ENDS, pico.at(1.7e6 + _SHIFT_NS * index), baud=baud)
         pico.board.run_for(2.4e6)
     equal(pico.word(decoder.FRAMES), count, f"frames decoded at {baud} baud")
     equal(pico.word(decoder.SKIPPED_BYTES), 0, f"bytes skipped at {baud} baud")
     equal(pico.pulses()[:8], _ENDS_PULSES, "channels")
     return f"all {count} decoded"
-
-
-def second_talker(pico: Pico, count: int, seed: int) -> str:
-    """Somebody else talks in our slot, at any time and with anything."""
-    rng = random.Random(seed)
-    for index in range(count):
-        end = pico.wire.send(LINK, pico.at(1e6))
-        data = rng.choice((rng.randbytes(rng.randrange(1, 15)), b"\x89\x0c" + rng.randbytes(12)))
-        # Nothing in it that a frame for us could begin with.
-        data = bytes(byte & 0x7F if byte == 0x82 else byte for byte in data)
-        talk = end + rng.uniform(900e3, 1400e3)
-        pico.wire.send(data, talk)
-        pico.wire.send(LINK, end + 2e6)
-        pico.board.run_for(end + 2e6 + FRAME_NS + 100e3 - pico.board.now_ns)
-        place = f"{data.hex()} {(talk - end) / 1e3:.1f} us behind a frame"
-        equal(pico.word(decoder.FRAMES), 2 * index + 2, f"{place}: frames decoded")
-        pico.board.run_for(3e6)
-    collisions = pico.control("COLLISIONS")
-    sent = pico.control("TELEMETRY_FRAMES")
-    expect(sent > 0 and collisions > 0, f"{sent} frames sent, {collisions} collisions")
-    check_outputs(pico)
-    no_exception(pico)
-    return (
-        f"all {2 * count} frames of the receiver decoded; {sent} telemetry frames sent, "
-        f"{collisions} of them counted as collisions, none taken for a frame of the receiver"
-    )
 
 
 def doubled(pico: Pico, pause_us: float, count: int) -> str:
@@ -158,21 +133,6 @@ def doubled(pico: Pico, pause_us: float, count: int) -> str:
     late = [(start - end) / 1e3 for start, end in zip(starts, ends, strict=True)]
     expect(min(late) > 990 and max(late) < 1010, f"telemetry {late} us behind the second frame")
     return f"both decoded {count} times; one telemetry frame each time, 1000 us behind the second"
-
-
-def echo_missing(pico: Pico, count: int) -> str:
-    """The state machine says that it sends, and nothing is heard; then the next frame comes."""
-    for index in range(count):
-        # A mode without a downlink: what is sent is our own doing.
-        quiet = bytes(ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=12))
-        end = pico.wire.send(quiet, pico.at(1e6))
-        pico.board.run_for(end + 990e3 + 500.0 * index - pico.board.now_ns)
-        pico.board.write32(_PIO1_IRQ_FORCE, 1 << 4)
-        pico.wire.send(quiet, end + 2e6)
-        pico.board.run_for(end + 4e6 - pico.board.now_ns)
-        equal(pico.word(decoder.FRAMES), 2 * index + 2, "frames decoded")
-        equal(pico.control("COLLISIONS"), index + 1, "collisions")
-    return f"{count} collisions counted, all {2 * count} frames of the receiver decoded"
 
 
 def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
@@ -201,12 +161,20 @@ def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
             yield trial("slow edges", f"all {name} edges {late_ns} ns late", still, act)
     for share in (-2.5, -1.25, 1.25, 2.5):
         act = partial(off_rate, baud=BAUD * (1 + share / 100), count=effort.line_frames)
-        yield trial("baud rate off", f"by {share:+} % of {BAUD}", still, act)
+        done = f"by {share:+} % of {BAUD}, each frame {_SHIFT_NS} ns later in the chip's clock"
+        yield trial("baud rate off", done, still, act)
     act = partial(second_talker, count=effort.talks, seed=seed)
-    done = f"anything from 0.9 to 1.4 ms behind a frame, {effort.talks} times"
+    done = (
+        f"{effort.talks} times 1 to 14 bytes that are no valid frame, from 0.9 to 1.4 ms behind a "
+        "frame on"
+    )
     yield trial("second talker in our slot", done, talking, act)
     for pause_us in (0, 20, 500, 900):
         act = partial(doubled, pause_us=pause_us, count=effort.line_frames)
         yield trial("receiver doubles its frames", f"{pause_us} us apart", talking, act)
     act = partial(echo_missing, count=effort.line_frames)
-    yield trial("echo missing", "of a telemetry frame that was sent", still, act)
+    done = (
+        f"{effort.line_frames} times the pin's input cut off while a telemetry frame is sent, the "
+        "next frame 1.7 to 2 ms behind the last"
+    )
+    yield trial("echo missing", done, talking, act)

@@ -140,13 +140,13 @@ def wire_case(block: Sequence[Send]) -> dict[str, Any]:
 def replay(case: dict[str, Any], picos: Picos) -> None:
     """Run a saved case on a started board; raises Wrong."""
     block = [(pause_us, bytes.fromhex(data)) for pause_us, data in case["sends"]]
-    pico = picos.run(WATCH_HEAP, setup=HEAP_SETUP)
+    pico = picos.run(WATCH_HEAP, setup=HEAP_SETUP, watchdog=True)
     forked(lambda: one_block(pico, Listener(), block))
 
 
 def fuzz(picos: Picos, seed: int, total: int) -> list[Row]:
     """`total` bytes over the wire to an adapter whose memory is looked into."""
-    pico = picos.run(WATCH_HEAP, setup=HEAP_SETUP)
+    pico = picos.run(WATCH_HEAP, setup=HEAP_SETUP, watchdog=True)
     count, blocks, frames, pulses = forked(lambda: fuzz_adapter(pico, seed, total))
     return [
         Row(
