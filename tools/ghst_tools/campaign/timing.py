@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 from functools import partial
+from itertools import pairwise
 
 from ghst import decoder  # type: ignore[import-not-found]
 from ghst_tools.campaign.line import (
@@ -13,10 +14,12 @@ from ghst_tools.campaign.line import (
     FAILSAFE_LIMIT_NS,
     FAILSAFE_NS,
     LAST_PULSE_NS,
+    LINK,
     still,
 )
-from ghst_tools.campaign.pico import Pico
-from ghst_tools.campaign.picos import check_outputs, forked, no_exception
+from ghst_tools.campaign.periods import Periods
+from ghst_tools.campaign.pico import NO_SENSORS, Pico
+from ghst_tools.campaign.picos import check_outputs, connect_battery, forked, no_exception
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
 from ghst_tools.emulator.wire import BAUD
@@ -25,8 +28,13 @@ from ghst_tools.uart_bits import encode
 _PERIOD_NS = 4e6
 _SLOWEST_HZ, _FASTEST_HZ = 19.0, 500.0
 _RATES_HZ = (19, 50, 55, 150, 160, 250, 333, 500)
-_TIMER_LOW = 0x40054028
+_TIMER_HIGH, _TIMER_LOW = 0x40054024, 0x40054028  # without a latch
+_APPLICATION_HZ = 250
+_SETTLING_US, _BEFORE_US, _BEHIND_US = 700_000, 500_000, 500_000
+_TELEMETRY_MS = 400
 _SLICES = 4
+CONFIGURATION = NO_SENSORS | {"battery": {"enabled": True}}
+READY = b"sensors: battery"
 
 
 def loss(pico: Pico, phase: float) -> float:
@@ -121,6 +129,49 @@ def wrap(pico: Pico, bits: int) -> str:
     return f"all {count} frames across it decoded, no failsafe; afterwards failsafe as ever"
 
 
+def application_wrap(pico: Pico, at_us: int) -> str:
+    """Fly the whole application over the moment at which the microsecond clock is `at_us`."""
+    connect_battery(pico)
+    clock = pico.board.read32(_TIMER_HIGH) << 32 | pico.board.read32(_TIMER_LOW)
+    pico.board.advance_timer(at_us - _SETTLING_US - _BEFORE_US - clock)
+    wraps_ns = pico.at((_SETTLING_US + _BEFORE_US) * 1e3)
+    # Whatever waits for a time has seen the clock jump.
+    pico.board.run_for(_SETTLING_US * 1e3)
+    receiver = pico.fly(lambda index, t: CENTRE if index % 4 else LINK, _APPLICATION_HZ)
+    pico.board.run_until(lambda: bool(receiver.sent), 10e6)
+    # The second frame has the channels that link data has not.
+    periods = Periods(pico, pico.at(2e9 / _APPLICATION_HZ))
+    pico.board.run_for(wraps_ns + _BEHIND_US * 1e3 - pico.board.now_ns)
+    pulses = periods.check()
+    clock = pico.board.read32(_TIMER_HIGH) << 32 | pico.board.read32(_TIMER_LOW)
+    expect(clock > at_us, f"the clock stands at {clock} us")
+    receiver.stop()
+    pico.board.run_for(5e6)
+    count = len(receiver.sent)
+    equal(len(pico.compares), _SLICES * count, "compare writes")
+    told = [frame.t_ns - wraps_ns for frame in receiver.downlink]
+    for frame in receiver.downlink:
+        right = frame.ok and frame.after_ns is not None and 990e3 < frame.after_ns < 1010e3
+        expect(right, f"telemetry {frame.after_ns} ns behind a frame")
+    equal(receiver.noise, [], "bytes that are no telemetry frame")
+    before, behind = sum(t < 0 for t in told), sum(t > 0 for t in told)
+    expect(min(before, behind) >= 2, f"telemetry frames before and behind: {before}, {behind}")
+    longest = max(later - sooner for sooner, later in pairwise(told)) / 1e6
+    expect(longest < _TELEMETRY_MS, f"{longest} ms without telemetry")
+    check_outputs(pico)
+    no_exception(pico)
+    said = pico.reply_to_enter()
+    for words in ("stood still 0 times", "failsafes 0", "0 collisions", "battery: 16.50 V"):
+        expect(words in said, f"the board says {said}")
+    no_exception(pico)
+    return (
+        f"all {count} control frames written to the outputs, none of {pulses} pulses missing; "
+        f"{before} telemetry frames before it and {behind} behind it, each in its slot, at most "
+        f"{longest:.0f} ms apart; no failsafe, no fault, no reset; the console answers and has "
+        "the battery's voltage"
+    )
+
+
 def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
     """The trials, by name."""
     effort = setting.effort
@@ -152,3 +203,15 @@ def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
             return [Row(fault, done, forked(lambda: act(pico)))]
 
         yield f"{fault}, {done}", run
+
+    for name, at_us in (
+        *((f"2^{bits} us", 1 << bits) for bits in (30, 31, 32)),
+        ("2^30 ms, where MicroPython's own clock wraps", 1000 << 30),
+    ):
+
+        def fly(name: str = name, at_us: int = at_us) -> list[Row]:
+            pico = setting.picos.boot(CONFIGURATION, READY)
+            happened = forked(lambda: application_wrap(pico, at_us))
+            return [Row("clock wraps, whole application", f"in flight, at {name}", happened)]
+
+        yield f"clock wraps, whole application, at {name}", fly
