@@ -22,8 +22,9 @@ _PARTS = ("boards", "docs", "firmware", "host_tests", "lib", "tools", "pyproject
 _LIMIT_S = 3600
 """Far beyond what any selection takes: ends tests that hang."""
 _PASSED, _FAILED = 0, 1
-# A board that does not even start is an error of the test's fixture.
-_FAILURE = re.compile(r"^(?:FAILED|ERROR) host_tests/\S+?::(.+?)(?: - .*)?$", re.MULTILINE)
+# A board that does not even start is an error of the test's fixture: ERROR, not FAILED.
+_FAILURE = re.compile(r"^(FAILED|ERROR) host_tests/\S+?::(.+?)(?: - .*)?$", re.MULTILINE)
+_HOW = {"FAILED": "", "ERROR": ", before its test begins"}
 
 
 def mutated(mutation: Mutation, root: Path) -> str:
@@ -75,14 +76,12 @@ def noticed(mutation: Mutation) -> list[Row]:
     selection = _selection(mutation.tests)
     if status == _PASSED:
         raise Wrong(f"{mutation.what}: not noticed by {selection}")
-    failed = re.search(
-        r"^(?:FAILED|ERROR) host_tests/\S+?::(.+?)(?: - .*)?$", output, re.MULTILINE
-    )
+    failed = _FAILURE.search(output)
     if status != _FAILED or failed is None:
         raise Wrong(f"{mutation.what}: {selection} did not run: {output[-500:]}")
     old = " / ".join(line.strip() for line in mutation.old.strip().splitlines())
     done = f"{mutation.path}: `{old}`"
-    return [Row(mutation.what, done, f"noticed by {failed[1]} ({selection})")]
+    return [Row(mutation.what, done, f"noticed by {failed[2]}{_HOW[failed[1]]} ({selection})")]
 
 
 def unbroken(mutations: Sequence[Mutation]) -> list[Row]:

@@ -36,6 +36,8 @@ _FAILSAFE = "firmware/test_failsafe.py"
 _SLOT = "firmware/test_slot.py"
 _WATCHDOG = "firmware/test_watchdog.py"
 _FAULTS = "firmware/test_wire_faults.py"
+_CONFIG_COMMAND = "firmware/config_command.py"
+_CONFIG_TESTS = "firmware/test_config_command.py"
 
 LIBRARY = (
     Mutation("another CRC polynomial", _DECODER, "0x1D5", "0x107", _behaviour("samples")),
@@ -453,4 +455,49 @@ CONFIGURATION = (
     ),
 )
 
-MUTATIONS = LIBRARY + CONTROL_PATH + CONFIGURATION
+CONSOLE = (
+    Mutation(
+        "a configuration written while the link is up",
+        _CONFIG_COMMAND,
+        "if force is None and self._application and self._application.adapter.link",
+        "if force is True and self._application and self._application.adapter.link",
+        (_CONFIG_TESTS, "link_is_up"),
+    ),
+    Mutation(
+        "a configuration saved without a check",
+        _CONFIG_COMMAND,
+        "        if not self._good:\n",
+        "        if self._good is None:\n",
+        (_CONFIG_TESTS, "read_checked_and_saved"),
+    ),
+    Mutation(
+        "a configuration that replaces one that has changed meanwhile",
+        _CONFIG_COMMAND,
+        "if self._base is not None and (_digest()",
+        "if self._base is True and (_digest()",
+        (_CONFIG_TESTS, "changed_meanwhile"),
+    ),
+    Mutation(
+        "a configuration that arrived damaged",
+        _CONFIG_COMMAND,
+        "if self._received != self._size or found != digest:",
+        "if self._received != self._size:",
+        (_CONFIG_TESTS, "read_checked_and_saved"),
+    ),
+    Mutation(
+        "a line that is too long taken for its beginning",
+        "firmware/console.py",
+        "min(self._length + 1, _LONGEST + 1)",
+        "min(self._length + 1, _LONGEST)",
+        ("firmware/test_console.py", "what_is_no_command"),
+    ),
+    Mutation(
+        "a file replaced, and its old settings kept",
+        _SETTINGS,
+        "        saves = self.saves\n        self.load()\n",
+        "        saves = self.saves\n",
+        _behaviour("settings"),
+    ),
+)
+
+MUTATIONS = LIBRARY + CONTROL_PATH + CONFIGURATION + CONSOLE
