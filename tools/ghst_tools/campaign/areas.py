@@ -16,6 +16,7 @@ from ghst_tools.campaign import (
     mutation,
     power,
     serial_bytes,
+    starts,
     timing,
     wire_bytes,
 )
@@ -48,6 +49,7 @@ AREAS = {
     "cpu": Area("CPU", cpu.trials),
     "power": Area("Power", power.trials),
     "files": Area("Files", configuration_files.trials),
+    "starts": Area("Starts", starts.trials),
     "serial": Area("Serial", serial_bytes.trials),
     "flight": Area("Flight", flight.trials),
     "mutation": Area("Mutations", mutation.trials),

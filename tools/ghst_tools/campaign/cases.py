@@ -15,6 +15,7 @@ from ghst_tools.campaign import (
     console_bytes,
     library_bytes,
     serial_bytes,
+    starts,
     wire_bytes,
 )
 from ghst_tools.campaign.areas import AREAS
@@ -52,6 +53,7 @@ REPLAYS = {
     "wire": wire_bytes.replay,
     "application": application_bytes.replay,
     "configuration": configuration_files.replay,
+    "start": starts.replay,
     "serial": serial_bytes.replay,
     "console": lambda case, picos: console_bytes.replay(case),
     "trial": _replay_trial,

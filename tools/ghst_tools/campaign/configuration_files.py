@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import functools
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -12,19 +12,19 @@ from ghst_tools import boards
 from ghst_tools.campaign import corruption
 from ghst_tools.campaign.configuration_readers import (
     BOARD,
+    ON_BOARD,
     USER,
     configuration_case,
     on_board,
     on_host,
     on_unix,
 )
-from ghst_tools.campaign.line import ENDS, LINK
-from ghst_tools.campaign.pico import SERVOS
+from ghst_tools.campaign.merge import NAMELESS, compare, is_strict, strict
 from ghst_tools.campaign.picos import Picos, forked
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, Wrong, equal, expect
 
-_SHORTENED = {"servo": 1, "servo_760": 2, "oneshot125": 8}
+SHORTENED = {"servo": 1, "servo_760": 2, "oneshot125": 8}
 
 
 def judge(values: dict[str, Any], which: str) -> None:
@@ -46,7 +46,7 @@ def judge(values: dict[str, Any], which: str) -> None:
         if output["kind"] == "switch":
             expect(failsafe in ("hold", "none", "on", "off"), f"GP{pin}: failsafe {failsafe}")
             continue
-        shortened = _SHORTENED[output["kind"]]
+        shortened = SHORTENED[output["kind"]]
         pulses = [output[name] for name in ("minimum_us", "centre_us", "maximum_us")]
         if failsafe not in ("hold", "none"):
             pulses.append(failsafe)
@@ -58,6 +58,14 @@ def judge(values: dict[str, Any], which: str) -> None:
             equal(failsafe, "none", f"GP{pin}: failsafe of a motor")
 
 
+@functools.cache
+def defaults() -> dict[str, Any]:
+    """All values of a `ghst.json` in which there is nothing."""
+    ((kind, values),) = on_host(USER, [b"{}"])
+    equal(kind, "valid", "an empty ghst.json")
+    return dict(values)
+
+
 def _judged(outcome: tuple[Any, ...], which: str, text: bytes, where: str) -> str:
     """Raise Wrong unless it is a clear error or a valid configuration; which of them it is."""
     case = configuration_case(which, text)
@@ -65,6 +73,8 @@ def _judged(outcome: tuple[Any, ...], which: str, text: bytes, where: str) -> st
     if kind == "valid":
         try:
             judge(said, which)
+            if which == USER and is_strict(text):
+                compare(said, text, defaults())
         except Wrong as wrong:
             raise Wrong(f"{where}: {wrong}", case) from wrong
         except (KeyError, TypeError) as error:
@@ -72,17 +82,21 @@ def _judged(outcome: tuple[Any, ...], which: str, text: bytes, where: str) -> st
         return "valid"
     expect(kind in ("board", "problems"), f"{where}: {said}", case)
     expect(bool(said) and "\n" not in said, f"{where}: {said!r} is not a line", case)
+    names = _names(which, where)
+    expect(any(name in said for name in names), f"{where}: {said!r} names no file", case)
     if kind == "problems":
         equal(outcome[2], 0, f"{where}: outputs that move in spite of {said!r}", case)
     return "error"
 
 
-def _is_json(text: bytes) -> bool:
-    try:
-        json.loads(text)
-    except (ValueError, RecursionError):
-        return False
-    return True
+def _names(which: str, where: str) -> list[str]:
+    """How the files end that an error may be in: what a board lacks makes the user's one wrong."""
+    names = [f"/{USER}: ", f"/{USER} is "]
+    if where == "emulated board":
+        names = [*names, ON_BOARD] if which == BOARD else [ON_BOARD]
+    elif which == BOARD:
+        names += [f"/{BOARD}: ", f"/{BOARD} is "]
+    return names
 
 
 def fuzz(setting: Setting, which: str, where: str) -> list[Row]:
@@ -97,65 +111,34 @@ def fuzz(setting: Setting, which: str, where: str) -> list[Row]:
         "emulated board": lambda: on_board(setting.picos, which, texts),
     }
     found: Counter[str] = Counter()
+    verdicts = []
     for broken, outcome in zip(texts, read[where](), strict=True):
         verdict = _judged(outcome, which, broken, where)
+        verdicts.append(verdict)
         found[verdict] += 1
-        found["lenient"] += verdict == "valid" and not _is_json(broken)
+        if verdict == "valid":
+            found["lenient"] += not is_strict(broken)
+            found["nameless"] += is_strict(broken) and NAMELESS in strict(broken)
+    told = f"{found['lenient']:,} of them no strict JSON"
+    if which == USER:
+        rest = found["valid"] - found["lenient"]
+        told += f" and the other {rest:,} with each value that the file says, the rest defaults"
+        told += (
+            f" ({found['nameless']:,} with a section whose name is empty, which is passed over)"
+        )
+    if where == "unix port":
+        host = ["valid" if kind == "valid" else "error" for kind, *_ in read["host"]()]
+        others = sum(here != there for here, there in zip(verdicts, host, strict=True))
+        told += (
+            f"; on {others:,} of the files host and port differ, one takes what the other refuses"
+        )
     return [
         Row(
             f"{which} corrupted, {where}",
             f"{count:,} ways: {', '.join(corruption.KINDS)}",
-            f"{found['error']:,} times an error in one line and no output moves, "
+            f"{found['error']:,} times an error in one line that names the file, and no outputs; "
             f"{found['valid']:,} times a configuration in which every value is within its limits, "
-            f"{found['lenient']:,} of them no strict JSON",
-        )
-    ]
-
-
-def booted(picos: Picos, text: bytes) -> str:
-    """Start the application with a file, and fly: what was told, and what moved."""
-    (outcome,) = on_unix(USER, [text])
-    pico = picos.new()
-    pico.boot(files={f"/{USER}": text}, until=b"link: searching")
-    case = configuration_case(USER, text)
-    told = "Nothing moves" in bytes(pico.board.console.output).decode(errors="replace")
-    pico.fly(lambda index, t: ENDS if index % 10 else LINK, 250)
-    pico.board.run_for(60e6)
-    pulses = {pin: pico.meter.pulses[pin] for pin in SERVOS}
-    if told:
-        for pin, found in pulses.items():
-            equal(found, [], f"pulses on GP{pin} with a broken file", case)
-        equal(pico.compares, [], "compare writes with a broken file", case)
-        return "error"
-    equal(outcome[0], "valid", "what the unix port makes of a file that flies", case)
-    outputs = outcome[1]["outputs"]
-    for pin, found in pulses.items():
-        expect(pin in outputs or not found, f"pulses on GP{pin}, which is not in the file", case)
-        if found and outputs[pin]["kind"] != "switch":
-            shortened = _SHORTENED[outputs[pin]["kind"]]
-            for pulse in found:
-                right = 799.5e3 <= pulse.width_ns * shortened <= 2203e3
-                expect(right, f"a pulse of {pulse.width_ns / 1e3} us on GP{pin}", case)
-    expect(any(pulses.values()) or not outputs, "no pulse with a file that is valid", case)
-    return "valid"
-
-
-def boots(setting: Setting) -> list[Row]:
-    """Whole starts with a receiver on the wire: half of the files are valid in spite of all."""
-    count = setting.effort.boots
-    texts = list(corruption.corrupted(setting.seed + 1, corruption.user_file(), 60 * count))
-    kinds: dict[bool, list[bytes]] = {True: [], False: []}
-    for text, outcome in zip(texts, on_unix(USER, texts), strict=True):
-        kinds[outcome[0] == "valid"].append(text)
-    chosen = kinds[False][: count - count // 2] + kinds[True][: count // 2]
-    equal(len(chosen), count, "files that were found")
-    found = Counter(forked(partial(booted, setting.picos, text)) for text in chosen)
-    return [
-        Row(
-            f"{USER} corrupted, whole start",
-            f"{count} ways, the application started with each, a receiver on the wire",
-            f"{found['error']} times no pulse and the reason on the console, {found['valid']} "
-            "times pulses within the limits, and only on the pins that the file names",
+            f"{told}",
         )
     ]
 
@@ -173,4 +156,3 @@ def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
     for which in (USER, BOARD):
         for where in ("host", "unix port", "emulated board"):
             yield f"{which}, {where}", partial(fuzz, setting, which, where)
-    yield "whole start", partial(boots, setting)

@@ -18,6 +18,8 @@ from ghst_tools.emulator import Board
 from ghst_tools.emulator.repl import DeviceError
 
 USER, BOARD = "ghst.json", "board.json"
+ON_BOARD = "/texts/"
+"""The folder that the emulated board has the broken files in."""
 Outcome = tuple[Any, ...]
 """("valid", values), ("problems", line, outputs that move), ("board", line of the error), or
 ("raised", exception)."""
@@ -70,7 +72,7 @@ def told():
     print(("valid", differences(found[1])) if found[0] == "valid" else found)
 print(whole)
 """
-_ON_BOARD = 32
+_AT_ONCE = 32
 """Files that a board gets in its flash: there is room for more, but to open one takes longer."""
 
 
@@ -139,15 +141,15 @@ def on_unix(which: str, texts: Sequence[bytes]) -> list[Outcome]:
 def on_board(picos: Picos, which: str, texts: Sequence[bytes]) -> list[Outcome]:
     """The same on the emulated board, from its flash."""
     outcomes = []
-    for first in range(0, len(texts), _ON_BOARD):
-        outcomes += _on_one_board(picos, which, texts[first : first + _ON_BOARD])
+    for first in range(0, len(texts), _AT_ONCE):
+        outcomes += _on_one_board(picos, which, texts[first : first + _AT_ONCE])
     return outcomes
 
 
 def _on_one_board(picos: Picos, which: str, texts: Sequence[bytes]) -> list[Outcome]:
     files = {path: data for path, data in picos.files.items() if path != "/main.py"}
     files |= {f"/{USER}": corruption.user_file(), f"/{BOARD}": corruption.board_file()}
-    files |= {f"/texts/{number}": text for number, text in enumerate(texts)}
+    files |= {f"{ON_BOARD}{number}": text for number, text in enumerate(texts)}
     board = Board(picos.image, filesystem.build(files, picos.filesystem_size))
     board.boot()
     whole = ast.literal_eval(board.exec(_OUTCOME + _BOARD))
@@ -155,7 +157,7 @@ def _on_one_board(picos: Picos, which: str, texts: Sequence[bytes]) -> list[Outc
     outcomes = []
     for number, text in enumerate(texts):
         try:
-            printed = board.exec(f"load.{path} = '/texts/{number}'; told()")
+            printed = board.exec(f"load.{path} = '{ON_BOARD}{number}'; told()")
         except (TimeoutError, DeviceError) as error:
             case = configuration_case(which, text)
             raise Wrong(f"emulated board: {type(error).__name__}: {error}", case) from error

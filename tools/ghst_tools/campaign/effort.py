@@ -31,6 +31,7 @@ class Effort:
     board_files: int
     """Of each kind; each takes the firmware a quarter of a second, emulated."""
     boots: int
+    """Whole starts with each of the two files."""
     console_bytes: int
     """On the unix port."""
     serial_bytes: int
@@ -82,7 +83,7 @@ SHORT = Effort(
     power_cases=0,
     files=500,
     board_files=2,
-    boots=1,
+    boots=2,
     console_bytes=50_000,
     serial_bytes=2_000,
     flight_s=1,
