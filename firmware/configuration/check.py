@@ -10,6 +10,7 @@ from firmware.configuration.outputs import check_outputs
 from firmware.configuration.points import OUTPUT, SECTIONS
 
 OUTPUTS = "outputs"
+_EMPTY = '""'
 
 
 class Problems:
@@ -36,10 +37,13 @@ def check(tree, board):
         problems.add("", "the configuration must be a JSON object")
         tree = {}
     for key in tree:
-        if key != OUTPUTS and key not in SECTIONS and _point(SECTIONS[""], key) is None:
+        # "" is the section of what stands at the top, not one that a file may have.
+        known = key and (key == OUTPUTS or key in SECTIONS or _point(SECTIONS[""], key))
+        if not known:
             names = [name for name in SECTIONS if name] + [OUTPUTS]
             names += [point.name for point in SECTIONS[""]]
-            problems.add(key, f"{key} is unknown, there are {', '.join(sorted(names))}")
+            text = f"{key if key != '' else _EMPTY} is unknown, there are "
+            problems.add(key, text + ", ".join(sorted(names)))
     values = {}
     for section, points in SECTIONS.items():
         given = _section(tree, section, problems)

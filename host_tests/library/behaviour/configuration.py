@@ -62,11 +62,12 @@ def a_section_brings_its_sensor():
 
 
 def unknown_keys():
-    _refused(
-        {"filesafe": {}},
-        "filesafe is unknown, there are arming, barometer, battery, failsafe, gps, i2c, led, "
-        "magnetometer, name, outputs, role, rx5808, vtx, wire",
+    names = (
+        "arming, barometer, battery, failsafe, gps, i2c, led, magnetometer, name, outputs, role, "
+        "rx5808, vtx, wire"
     )
+    _refused({"filesafe": {}}, "filesafe is unknown, there are " + names)
+    _refused({"": {"name": "x"}}, '"" is unknown, there are ' + names)
     _refused({"led": {"pn": 3}}, "led.pn is unknown, there are pin, active_low")
     _refused({"outputs": {"x": {}}}, "outputs.x is no GPIO number")
     _refused({"outputs": {"06": {}}}, "outputs.06 is no GPIO number")

@@ -19,7 +19,7 @@ from ghst_tools.campaign.configuration_readers import (
     on_host,
     on_unix,
 )
-from ghst_tools.campaign.merge import NAMELESS, compare, is_strict, strict
+from ghst_tools.campaign.merge import compare, is_strict
 from ghst_tools.campaign.picos import Picos, forked
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, Wrong, equal, expect
@@ -118,14 +118,10 @@ def fuzz(setting: Setting, which: str, where: str) -> list[Row]:
         found[verdict] += 1
         if verdict == "valid":
             found["lenient"] += not is_strict(broken)
-            found["nameless"] += is_strict(broken) and NAMELESS in strict(broken)
     told = f"{found['lenient']:,} of them no strict JSON"
     if which == USER:
         rest = found["valid"] - found["lenient"]
         told += f" and the other {rest:,} with each value that the file says, the rest defaults"
-        told += (
-            f" ({found['nameless']:,} with a section whose name is empty, which is passed over)"
-        )
     if where == "unix port":
         host = ["valid" if kind == "valid" else "error" for kind, *_ in read["host"]()]
         others = sum(here != there for here, there in zip(verdicts, host, strict=True))

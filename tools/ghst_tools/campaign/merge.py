@@ -11,7 +11,6 @@ from ghst_tools.campaign.verdict import equal, expect
 
 Values = dict[str, Any]
 
-NAMELESS = ""
 _UNUSED = "unused"
 # Single precision, in which the chip has its decimals.
 _PRECISION = 1e-6
@@ -39,8 +38,7 @@ def merged(tree: Values, defaults: Values) -> Values:
     """All values of a valid file; `defaults`: those of an empty one."""
     values = copy.deepcopy(defaults)
     for section, given in tree.items():
-        # The firmware passes over one without a name, which the reports tell.
-        if section in ("outputs", NAMELESS):
+        if section == "outputs":
             continue
         if section not in values:
             values[""][section] = given

@@ -373,6 +373,27 @@ CONTROL_PATH = (
         "",
         ("firmware/test_shapes.py", "weak_link"),
     ),
+    Mutation(
+        "plain outputs that follow weak frames",
+        "firmware/output.py",
+        "output.shaped = link_limits is not None or not output.plain",
+        "output.shaped = not output.plain",
+        ("firmware/test_shapes.py", "weak_link_moves and thumb"),
+    ),
+    Mutation(
+        "channels of weak frames that come back after failsafe",
+        _SHAPES,
+        "    str(r4, [r7, 0])\n    add(r7, 4)",
+        "    add(r7, 4)",
+        ("firmware/test_shapes.py", "weak_link_moves and thumb"),
+    ),
+    Mutation(
+        "a long step of a slow output that overflows",
+        _SHAPES,
+        "    neg(r5, r5)\n    cmp(r6, r5)\n",
+        "    add(r5, r5, r6)\n    cmp(r5, 0)\n",
+        ("firmware/test_shapes.py", "long_step and thumb"),
+    ),
 )
 
 CONFIGURATION = (
@@ -438,6 +459,27 @@ CONFIGURATION = (
         'problems.add(f"{path}.{name}", f"{path}.{name} is unknown',
         'str(f"{path}.{name} is unknown',
         _behaviour("configuration"),
+    ),
+    Mutation(
+        "motors that start at their maximum",
+        "firmware/configuration/outputs.py",
+        'if output["motor"] and output["reverse"]:',
+        'if output["motor"] is output["reverse"] is None:',
+        _behaviour("configuration"),
+    ),
+    Mutation(
+        "what the radio sets saved in place of a broken file",
+        _SETTINGS,
+        "        if self._file_is_broken:\n            # What",
+        "        if False:\n            # What",
+        _behaviour("settings"),
+    ),
+    Mutation(
+        "a file that cannot be read taken for none",
+        "firmware/configuration/load.py",
+        "elif error.errno != _ENOENT:",
+        "elif error.errno == _ENOENT - 1:",
+        ("firmware/test_configuration.py", "cannot_be_read"),
     ),
     Mutation(
         "motors without arming",
