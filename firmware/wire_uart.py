@@ -1,10 +1,11 @@
 # only on rp2
 """The Ghost wire on a UART of the RP2040 or RP2350: TX and RX tied together, RX by interrupt.
 
-Wiring: RX straight to the wire; TX to the wire through a diode, cathode at TX, or 1 kOhm. Straight
-does as well, but then TX fights a receiver that sends while the board starts, or while interrupts
-are off behind our frame. The hardware cannot put TX and RX on one pin. TX is an input with a
-pull-up at all times but while a frame is sent.
+Wiring: RX straight to the wire; TX to the wire through 1 kOhm, or through a Schottky diode with
+its cathode at TX, which needs 2.2 kOhm from the wire to 3.3 V: nothing else raises the wire then.
+Straight does as well, but then TX fights a receiver that sends while the board starts, or while
+interrupts are off behind our frame. The hardware cannot put TX and RX on one pin. TX is an input
+with a pull-up at all times but while a frame is sent.
 
 The interrupt comes when the line has been idle for 32 bits, 76 us: so the servos follow a frame
 that much later than with PIO, and a burst without a pause must not be longer than eleven frames.

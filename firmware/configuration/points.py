@@ -84,7 +84,7 @@ SECTIONS = {
     ),
     "arming": (
         Channel("channel", None, "Arms the outputs marked motor when it is high."),
-        Channel("throttle_channel", 3, "Must be low when arming."),
+        Channel("throttle_channel", 3, "Must be low when arming: the stick of the motors."),
         Number("threshold_us", 1500, 1000, 2000, "us", "Above it the arm channel is high."),
         Number("throttle_low_us", 1050, 900, 1300, "us", "Up to it the throttle is low."),
     ),
