@@ -54,7 +54,7 @@ def test_each_problem_has_its_line(tmp_path: Path) -> None:
     status, output = run(tmp_path, WRONG)
     assert status == 1
     assert output.splitlines() == [
-        'FILE:2: name is "Wing {of mine}, long", must be a text of at most 16 ASCII letters',
+        'FILE:2: name is "Wing {of mine}, long", must be a text of at most 16 ASCII characters',
         "FILE:4: outputs.6.channel is 17, must be 1..16 or null",
         'FILE:6: outputs.7.failsafe is a list, must be "hold", "none", a pulse in us, or "on" or '
         '"off" for a switch',

@@ -22,8 +22,8 @@ CTRL_C = "\x03"
 # The end of each question, and the answer; an empty one is what stands in brackets.
 WING = [
     ("Which board?", "rpi_pico"),
-    ("name (a text of at most 16 ASCII letters): ", "A name that is too long"),
-    ("name (a text of at most 16 ASCII letters): ", "Wing"),
+    ("name (a text of at most 16 ASCII characters): ", "A name that is too long"),
+    ("name (a text of at most 16 ASCII characters): ", "Wing"),
     ("What is it?", "wing"),
     ("a battery whose voltage is measured?", "y"),
     ("battery.divider (1..1000) [11.0]: ", "5.7"),
@@ -113,7 +113,7 @@ def test_a_wing_step_by_step(tmp_path: Path) -> None:
     status, screen = talk(tmp_path, WING)
     assert status == 0
     for line in (
-        '  name is "A name that is too long", must be a text of at most 16 ASCII letters',
+        '  name is "A name that is too long", must be a text of at most 16 ASCII characters',
         "  arming.channel is the throttle's channel as well",
         "  i2c.sda_pin: GPIO 4 is taken by outputs.4",
         "  outputs.6.channel is 17, must be 1..16 or null",

@@ -6,7 +6,9 @@ something. Here the transfer is held until there are bytes to send.
 
 It also completes every bulk-IN transfer at once. A terminal program that is stopped does not take
 data; `Console.reading = False` makes the device see that (its transmit FIFO fills up).
-Neither does it count the frames of the bus, nor suspend it; `Console.unplug` does.
+Neither does it count the frames of the bus, interrupt at each of them or suspend it: here that is,
+too. MicroPython asks for these interrupts when a port is opened: what waits in its transmit FIFO
+is sent some frames later. `Console.unplug` suspends the bus.
 """
 
 from __future__ import annotations
@@ -14,7 +16,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rp2040py.peripherals.usb import SIE_STATUS, SIE_SUSPENDED, SOF_RD, RPUSBController
+from rp2040py.peripherals.usb import (
+    INTE,
+    INTR_DEV_SOF,
+    SIE_STATUS,
+    SIE_SUSPENDED,
+    SOF_RD,
+    RPUSBController,
+)
 from rp2040py.usb.cdc import USBCDC
 
 _BUFFER_AVAILABLE = 1 << 10
@@ -32,6 +41,8 @@ class _Controller(RPUSBController):
         self.held_endpoint = -1
         self.held: list[tuple[int, int]] = []
         self._suspended_at: int | None = None
+        self._frame_alarm = mcu.clock.create_alarm(self._frame_begins)
+        self._frames_told = False
 
     def dpram_updated(self, offset: int, value: int) -> None:
         held = offset == _IN_BUFFER_CONTROL + 8 * self.held_endpoint
@@ -42,6 +53,8 @@ class _Controller(RPUSBController):
 
     def read_uint32(self, offset: int) -> int:
         if offset == SOF_RD and not self._host_mode:
+            self._int_raw &= ~INTR_DEV_SOF
+            self.check_interrupts()
             return self._frame_number()
         return int(super().read_uint32(offset))
 
@@ -50,6 +63,21 @@ class _Controller(RPUSBController):
             # The bit tells of the event; the data sheet has it cleared by writing to it.
             self._sie_status &= ~(self.raw_write_value & SIE_SUSPENDED)
         super().write_uint32(offset, value)
+        if offset == INTE:
+            self._tell_frames()
+
+    def _tell_frames(self) -> None:
+        wanted = bool(self._int_enable & INTR_DEV_SOF)
+        if wanted and not self._frames_told and self._suspended_at is None:
+            self._frames_told = True
+            self._frame_alarm.schedule(_FRAME_NS - self.rp2040.clock.nanos % _FRAME_NS)
+
+    def _frame_begins(self) -> None:
+        self._frames_told = False
+        if self._suspended_at is None and self._int_enable & INTR_DEV_SOF:
+            self._int_raw |= INTR_DEV_SOF
+            self.check_interrupts()
+            self._tell_frames()
 
     def _frame_number(self) -> int:
         if self._suspended_at is not None:
@@ -66,6 +94,7 @@ class _Controller(RPUSBController):
         self._suspended_at = None
         self.held.clear()
         super()._on_reset_alarm()
+        self._tell_frames()
 
     def release(self) -> None:
         self.held_endpoint = -1
