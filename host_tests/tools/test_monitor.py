@@ -303,6 +303,7 @@ def test_a_real_terminal(recorded: str, tmp_path: Path) -> None:
         program = f"{sys.executable} -m ghst_tools.cli monitor --port {recorded}"
         tmux.until("$")
         tmux.type("echo before", "Enter")
+        tmux.until("before\nbefore\n$")
         tmux.type(f"{program}; echo ended $?", "Enter")
         tmux.until("3D fix")
         screen = tmux.until("q Quit")

@@ -79,7 +79,7 @@ def test_the_firmware_keeps_its_lines_and_its_public_names() -> None:
     for name, text in texts.items():
         assert len(short[name].splitlines()) == len(text.splitlines())
     application = short["firmware.application"]
-    assert "def vtx_event(self, kind):" in application and "self._telemetry" not in application
+    assert "def vtx_event(self, kind):" in application and "self._vtx_controls" not in application
     assert sum(map(len, short.values())) < sum(map(len, texts.values()))
 
 
