@@ -131,7 +131,7 @@ def shapes(outputs, receiver, clock, arming, link_limits):
         # The channels have what weak frames brought as well; what comes out of the shapes has not.
         output.shaped = link_limits is not None or not output.plain
         count += output.shaped
-    if not count:
+    if not count and link_limits is None:
         return None
     from firmware.shapes import Shapes
 

@@ -308,6 +308,16 @@ def test_a_weak_frame_that_meets_the_tick_does_not_undo_failsafe(pico: Pico) -> 
     assert found == [3520] * 70
 
 
+@pytest.mark.run(options="link_limits=(40, None)", servos={})
+def test_a_weak_link_is_none_without_outputs_either(pico: Pico) -> None:
+    links = []
+    for lq in (39, 40):
+        pico.wire.send(ghst.encode.link_data(0x33, (48,) * 4, lq=lq), pico.at(1e6))
+        pico.board.run_for(2e6)
+        links.append(pico.control("LINK"))
+    assert links == [0, 1]
+
+
 SLOWEST_LINK = {"6": {"kind": "oneshot125", "slow_us_per_s": 10_000}}
 
 
