@@ -7,7 +7,7 @@ except ImportError:
     from ghst._host import const, micropython
 
 from firmware.sensors.arithmetic import multiply
-from firmware.sensors.i2c_sensor import FAILED, NEW, NOTHING, STARTED
+from firmware.sensors.i2c_sensor import FAILED, NEW, NOTHING, STARTED, read_whole
 
 _DATA = const(0x00)
 _PRS_CFG = const(0x06)
@@ -66,6 +66,7 @@ class Dps310:
         self._settings = bytearray(4)
         self._expected = bytearray((_PRESSURE, _TEMPERATURE, _CONTINUOUS, _PRESSURE_SHIFT))
         self._data = bytearray(6)
+        self._again = bytearray(6)
         self._halves = (bytearray(9), bytearray(9))
         self._complete = False
 
@@ -109,6 +110,8 @@ class Dps310:
         self.coefficients = unpack(low + high)
         return 1
 
+    # Native: as bytecode it would take the heap for its frame.
+    @micropython.native
     def read(self, now_ms):
         settings = self._settings
         expected = self._expected
@@ -124,11 +127,11 @@ class Dps310:
             return FAILED
         if not ready & _PRESSURE_READY or not (ready & _TEMPERATURE_READY or self._complete):
             return NOTHING
-        if not self._bus.read(self.address, _DATA, self._data):
-            return FAILED
-        self._complete = True
+        # The data sheet promises nothing about bytes that are read while a measurement ends.
+        found = read_whole(self._bus, self.address, _DATA, self._data, self._again)
+        self._complete = self._complete or found != FAILED
         self.taken_ms = now_ms
-        return NEW
+        return found
 
     # Native: as bytecode it would take the heap for its frame.
     @micropython.native

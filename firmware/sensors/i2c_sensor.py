@@ -19,9 +19,10 @@ chip has answered, so that only what is on the bus takes memory. It is an object
 """
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from ghst._host import const
+    from ghst._host import const, micropython
 
 from ghst.schedule import ticks_diff
 
@@ -44,6 +45,19 @@ _SILENT_MS = const(300)
 _STALE_MS = const(1000)
 _FROZEN_MS = const(3000)
 _COUNTER_MASK = const(0x3FFFFFFF)
+
+
+# Native: as bytecode it would take the heap for its frame.
+@micropython.native
+def read_whole(bus, address, register, data, again):
+    """Reads registers that the chip may fill anew while they are read.
+
+    `again`: a buffer as long as `data`. Returns `NEW` with what belongs together in `data`; `NOTHING` when a measurement came in
+    between: the next one is far enough away then; `FAILED` when the chip does not answer.
+    """
+    if not (bus.read(address, register, data) and bus.read(address, register, again)):
+        return FAILED
+    return NEW if data == again else NOTHING
 
 
 class I2cSensor:

@@ -5,7 +5,7 @@ try:
 except ImportError:
     from ghst._host import const
 
-from firmware.sensors.i2c_sensor import FAILED, NEW, NOTHING, OVERFLOW, STARTED
+from firmware.sensors.i2c_sensor import FAILED, NEW, NOTHING, OVERFLOW, STARTED, read_whole
 from firmware.sensors.words import signed_words
 
 _DATA = const(0x00)
@@ -43,6 +43,7 @@ class Qmc5883l:
         self._one = bytearray(1)
         self._settings = bytearray(4)
         self._data = bytearray(6)
+        self._again = bytearray(6)
 
     def identify(self):
         # 0xFF is also what a bus without a target reads, but then nobody acknowledges.
@@ -64,10 +65,11 @@ class Qmc5883l:
             return FAILED
         if not settings[0] & _READY:
             return NOTHING
-        if not self._bus.read(self.address, _DATA, self._data):
-            return FAILED
+        # A new measurement replaces the data at any time ("Output Data Register"): the bytes of a
+        # word may be of two, and then the heading is wrong by tens of degrees.
+        found = read_whole(self._bus, self.address, _DATA, self._data, self._again)
         self.taken_ms = now_ms
-        return NEW
+        return found
 
     def convert(self):
         self.raw = signed_words(self._data, self.words, True)

@@ -14,7 +14,7 @@ from firmware.sensors.barometer import Barometer
 from firmware.sensors.magnetometer import Magnetometer
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulated_i2c import CHIPS, MAGNETOMETERS, PLACES, WRAP, Bench, SimulatedI2c
+from simulated_i2c import BAROMETERS, CHIPS, MAGNETOMETERS, PLACES, WRAP, Bench, SimulatedI2c
 
 
 @pytest.mark.parametrize(("name", "address"), PLACES)
@@ -54,6 +54,40 @@ def test_an_address_of_its_own(name: str) -> None:
         bench.run(0.5)
         assert bench.right() is right
         assert (bench.sensor.faults == 0) is right
+
+
+@pytest.mark.parametrize("slowest_ms", [6, 60])
+@pytest.mark.parametrize("name", CHIPS)
+def test_no_value_has_bytes_of_two_measurements(name: str, slowest_ms: int) -> None:
+    """Each measurement differs from the one before in the high bytes of all of its numbers."""
+    bench = Bench(name)
+    seen: set[int] = set()
+    if name in BAROMETERS:
+        pressures = itertools.cycle((100_000.0, 100_020.0, 99_990.0))
+        bench.chip.noise_pa = 0.0  # type: ignore[attr-defined]
+        bench.chip.pressure_pa = lambda t_ns: next(pressures)  # type: ignore[attr-defined]
+        allowed = (100_000, 100_020, 99_990)
+        tolerance = 2
+    else:
+        # 2 degrees to the left and to the right; the low byte of one with the high byte of the
+        # other is 20 degrees away.
+        fields = itertools.cycle(((20_000.0, -700.0, 40_000.0), (20_000.0, 700.0, -40_000.0)))
+        bench.chip.noise_nt = 0.0  # type: ignore[attr-defined]
+        bench.chip.field_nt = lambda t_ns: next(fields)  # type: ignore[attr-defined]
+        allowed = (20, 3580)
+        tolerance = 3
+    bench.run(1.5)
+
+    def note() -> None:
+        assert bench.value is not None
+        seen.add(bench.value)
+
+    periods = random.Random(1)
+    for _ in range(1500):
+        bench.run(0.1, period_ms=periods.uniform(2, slowest_ms), watch=note)
+    wrong = [value for value in seen if min(abs(value - right) for right in allowed) > tolerance]
+    assert wrong == []
+    assert bench.sensor.faults == 0
 
 
 def test_a_missing_chip_is_searched_for_ever_more_rarely() -> None:

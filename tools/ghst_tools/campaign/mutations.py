@@ -475,6 +475,13 @@ CONFIGURATION = (
         _behaviour("settings"),
     ),
     Mutation(
+        "a heading of bytes from two measurements",
+        "firmware/sensors/i2c_sensor.py",
+        "return NEW if data == again else NOTHING",
+        "return NEW if again else NOTHING",
+        ("library/test_i2c_sensor.py", "two_measurements"),
+    ),
+    Mutation(
         "a file that cannot be read taken for none",
         "firmware/configuration/load.py",
         "elif error.errno != _ENOENT:",

@@ -6,7 +6,10 @@ from ghst_tools.emulator.i2c_sensors import Barometer, solve
 
 
 class Dps310(Barometer):
-    """Infineon DPS310 (data sheet V1.2): continuous mode of pressure and temperature."""
+    """Infineon DPS310 (data sheet V1.2): continuous mode of pressure and temperature.
+
+    A measurement may come between two bytes of a value.
+    """
 
     NAME = "DPS310"
     NOISE_PA = 0.35
@@ -135,6 +138,7 @@ class Lps22hb(Barometer):
         self._due_ns: float | None = None
         self._status = 0
         self._measured = False
+        self._held = False
 
     def next_register(self, register: int) -> int:
         return register + bool(self.registers[0x11] & 0x10) & 0xFF
@@ -162,6 +166,8 @@ class Lps22hb(Barometer):
         if 0x28 <= register < 0x2D:
             if not self._measured:
                 raise self.misuse("there was no measurement yet")
+            # Bit BDU of CTRL_REG1: all stay until the highest byte of the pressure has been read.
+            self._held = bool(self.registers[0x10] & 0x02) and register != 0x2A
             if register == 0x2A:
                 self._status &= ~0x11
             if register == 0x2C:
@@ -170,7 +176,7 @@ class Lps22hb(Barometer):
 
     def _measure(self) -> None:
         while self._due_ns is not None and self.now_ns >= self._due_ns:
-            if not self.frozen:
+            if not self.frozen and not self._held:
                 pressure, temperature = self.air(self._due_ns)
                 raw = round(pressure * 40.96) & 0xFFFFFF
                 self.registers[0x28:0x2B] = raw.to_bytes(3, "little")

@@ -37,8 +37,17 @@ class Magnetometer(RegisterTarget):
             self._due_ns += self._period_ns
             self.ready()
 
+    def locked(self) -> frozenset[int]:
+        """The data registers that keep what they have while they are being read."""
+        return frozenset()
+
     def latch(self, field_nt: list[float]) -> None:
         """Put a measurement into the data registers."""
+
+    def put(self, register: int, word: bytes) -> None:
+        """Put two bytes into data registers that are not locked."""
+        if not self.locked() & {register, register + 1}:
+            self.registers[register : register + 2] = word
 
     def ready(self) -> None:
         """Say that there is a measurement."""
@@ -50,7 +59,7 @@ class Magnetometer(RegisterTarget):
 
 
 class Qmc5883l(Magnetometer):
-    """QST QMC5883L (data sheet 1.0)."""
+    """QST QMC5883L (data sheet 1.0): a measurement may come between two bytes of a word."""
 
     NAME = "QMC5883L"
     START_UP_NS = 350e3
@@ -88,7 +97,7 @@ class Qmc5883l(Magnetometer):
             raw = round(part * self.LSB_PER_GAUSS[self.registers[0x09] >> 4 & 1] / 100_000)
             overflow |= not -32768 <= raw <= 32767
             raw = max(-32768, min(32767, raw)) & 0xFFFF
-            self.registers[2 * axis : 2 * axis + 2] = raw.to_bytes(2, "little")
+            self.put(2 * axis, raw.to_bytes(2, "little"))
         self.registers[0x06] = self.registers[0x06] & ~0x02 | overflow << 1
 
     def ready(self) -> None:
@@ -106,10 +115,16 @@ class Hmc5883l(Magnetometer):
     RATES_HZ = (0.75, 1.5, 3, 7.5, 15, 30, 75)
     LSB_PER_GAUSS = (1370, 1090, 820, 660, 440, 390, 330, 230)
 
+    _ALL = frozenset(range(0x03, 0x09))
+
     def reset_registers(self) -> None:
         super().reset_registers()
         self.registers[0x00:0x03] = b"\x10\x20\x01"
         self.registers[0x0A:0x0D] = b"H43"
+        self._unread = self._ALL
+
+    def locked(self) -> frozenset[int]:
+        return self._ALL if self._unread != self._ALL else frozenset()
 
     def write_register(self, register: int, value: int) -> None:
         self.registers[register] = value
@@ -126,8 +141,10 @@ class Hmc5883l(Magnetometer):
 
     def read_register(self, register: int) -> int:
         self.measure()
-        if 0x03 <= register < 0x09:
+        if register in self._ALL:
             self.need_measurement()
+            # Locked from the first of the six that is read until the last one is.
+            self._unread = self._unread - {register} or self._ALL
         return self.registers[register]
 
     def latch(self, field_nt: list[float]) -> None:
@@ -135,8 +152,7 @@ class Hmc5883l(Magnetometer):
         for place, part in enumerate((x, z, y)):
             raw = round(part * self.LSB_PER_GAUSS[self.registers[0x01] >> 5] / 100_000)
             raw = raw if -2048 <= raw <= 2047 else -4096
-            at = 0x03 + 2 * place
-            self.registers[at : at + 2] = (raw & 0xFFFF).to_bytes(2, "big")
+            self.put(0x03 + 2 * place, (raw & 0xFFFF).to_bytes(2, "big"))
 
 
 class Lis3mdl(Magnetometer):
@@ -153,6 +169,7 @@ class Lis3mdl(Magnetometer):
     def reset_registers(self) -> None:
         super().reset_registers()
         self._increment = False
+        self._half_read: frozenset[int] = frozenset()
         self.registers[0x0F] = 0x3D
         self.registers[0x20:0x23] = b"\x10\x00\x03"
 
@@ -186,15 +203,21 @@ class Lis3mdl(Magnetometer):
         self.measure()
         if 0x28 <= register < 0x2E:
             self.need_measurement()
+            # Bit BDU of CTRL_REG5: a word stays until both of its bytes have been read.
+            if self.registers[0x24] & 0x40:
+                self._half_read ^= {register & ~1}
             if register == 0x2D:
                 self.registers[0x27] = 0
         return self.registers[register]
+
+    def locked(self) -> frozenset[int]:
+        return self._half_read
 
     def latch(self, field_nt: list[float]) -> None:
         sensitivity = self.LSB_PER_GAUSS[self.registers[0x21] >> 5 & 3]
         for axis, part in enumerate(field_nt):
             raw = max(-32768, min(32767, round(part * sensitivity / 100_000))) & 0xFFFF
-            self.registers[0x28 + 2 * axis : 0x2A + 2 * axis] = raw.to_bytes(2, "little")
+            self.put(0x28 + 2 * axis, raw.to_bytes(2, "little"))
 
     def ready(self) -> None:
         self.registers[0x27] |= 0xFF if self.registers[0x27] & 0x08 else 0x0F
