@@ -18,6 +18,7 @@ import os
 
 from firmware.json_text import LARGEST, parse
 
+_ENOENT = 2
 _ENOSPC = 28
 _PIECE = 256  # bytes that are compared at a time
 
@@ -172,16 +173,18 @@ class Settings:
     @staticmethod
     def _read(path):
         # Returns (sections, None), (None, None) if there is no file, (None, line) if it is broken.
-        if not _exists(path):
-            return None, None
         try:
             if os.stat(path)[6] > LARGEST:
                 return None, f"{path} is broken: more than {LARGEST} bytes"
             with open(path) as file:
                 sections = parse(file.read())
         except OSError as error:
+            if error.errno == _ENOENT:
+                return None, None
             return None, f"{path} cannot be read: OSError {error}"
-        except (ValueError, TypeError, RuntimeError, MemoryError):
+        except MemoryError:
+            return None, f"{path} cannot be read: out of memory"
+        except (ValueError, TypeError, RuntimeError):
             return None, f"{path} is broken: no valid JSON"
         if not isinstance(sections, dict):
             return None, f"{path} is broken: no JSON object"

@@ -52,8 +52,9 @@ _COUNTER_MASK = const(0x3FFFFFFF)
 def read_whole(bus, address, register, data, again):
     """Reads registers that the chip may fill anew while they are read.
 
-    `again`: a buffer as long as `data`. Returns `NEW` with what belongs together in `data`; `NOTHING` when a measurement came in
-    between: the next one is far enough away then; `FAILED` when the chip does not answer.
+    `again`: a buffer as long as `data`. Returns `NEW` with what belongs together in `data`;
+    `NOTHING` when a measurement came in between: the next one is far enough away then; `FAILED`
+    when the chip does not answer.
     """
     if not (bus.read(address, register, data) and bus.read(address, register, again)):
         return FAILED

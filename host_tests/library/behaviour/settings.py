@@ -330,6 +330,32 @@ def a_new_file_that_reads_back_differently_takes_nobody_s_place():
     _in_a_folder(test)
 
 
+def a_file_that_cannot_be_read_now_is_no_missing_file_and_nothing_takes_its_place():
+    class Unreadable:
+        error = None
+
+        def stat(self, path):
+            if path.endswith(".json"):
+                raise self.error
+            return os.stat(path)
+
+    def test(path):
+        _put(path, _OLD)
+        for module.os.error, text in ((OSError(5), "cannot be read"), (MemoryError(), "memory")):
+            settings = _loaded(path)
+            assert path in settings.error and text in settings.error, settings.error
+            settings.set("vtx", "power", 3)
+            settings.request_save()
+            equal(settings.poll(True), False)
+            equal(_get(path), _OLD.encode())
+
+    module.os = Unreadable()
+    try:
+        _in_a_folder(test)
+    finally:
+        module.os = os
+
+
 def a_folder_in_place_of_the_file_is_told_and_kept():
     def test(path):
         os.mkdir(path)
