@@ -102,9 +102,21 @@ class LazyGroup(click.Group):
             ctx.exit(_INTERRUPTED)
 
 
+def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        # Hashing takes its time: only when it is asked for.
+        from importlib.metadata import version
+
+        from ghst_tools.revision import firmware_digest
+
+        click.echo(f"ghst, version {version('micropython-ghst')}, firmware {firmware_digest()}")
+        ctx.exit()
+
+
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.option("-v", "--verbose", is_flag=True, help="Show where an error comes from.")
-@click.version_option(package_name="micropython-ghst")
+@click.option("--version", is_flag=True, callback=_version, expose_value=False, is_eager=True,
+              help="Show the version, and which firmware it is.")  # fmt: skip
 def ghst(verbose: bool) -> None:
     """The console command of micropython-ghst.
 
