@@ -29,9 +29,6 @@ from ghst import __version__
 _FILE = "/ghst.json"
 _PIECE = 384  # bytes of the file in an answer
 _SHOWN = 20  # problems in an answer
-# What makes a list of the file, as firmware.json_text reads it.
-_BEFORE = b"["
-_AFTER = b", 1]"
 
 
 class ConfigCommand:
@@ -118,9 +115,7 @@ class ConfigCommand:
         if not 0 < int(size) <= LARGEST:
             raise ValueError(f"the file has {size} bytes, must have 1..{LARGEST}")
         gc.collect()
-        self._buffer = bytearray(len(_BEFORE) + int(size) + len(_AFTER))
-        self._buffer[: len(_BEFORE)] = _BEFORE
-        self._buffer[-len(_AFTER) :] = _AFTER
+        self._buffer = bytearray(int(size))
         self._size = int(size)
         self._base = base
         self._answer("ok", at=0)
@@ -128,7 +123,7 @@ class ConfigCommand:
     def _data(self):
         if self._buffer is None:
             raise ValueError("no new file was begun")
-        return memoryview(self._buffer)[len(_BEFORE) : len(_BEFORE) + self._size]
+        return memoryview(self._buffer)
 
     def _put(self, offset, text):
         view = self._data()
@@ -153,10 +148,11 @@ class ConfigCommand:
     def _problems(self):
         from firmware.configuration.check import check
         from firmware.configuration.load import board
+        from firmware.json_text import parse
 
         try:
             try:
-                tree, _ = json.loads(self._buffer)
+                tree = parse(self._buffer)
             except MemoryError:
                 raise
             except Exception:
@@ -164,7 +160,7 @@ class ConfigCommand:
                 return [("", "no valid JSON")]
             return check(tree, board())[1]
         finally:
-            forget("firmware.configuration")
+            forget("firmware.configuration", "firmware.json_text")
             gc.collect()
 
     def _save(self, force=None):

@@ -176,7 +176,7 @@ class Settings:
         try:
             if os.stat(path)[6] > LARGEST:
                 return None, f"{path} is broken: more than {LARGEST} bytes"
-            with open(path) as file:
+            with open(path, "rb") as file:
                 sections = parse(file.read())
         except OSError as error:
             if error.errno == _ENOENT:

@@ -32,7 +32,7 @@ def _configuration(board, tree, problems):
         try:
             made.values, found = check(tree, board)
         except Exception as error:
-            # MicroPython's parser takes more than JSON, and the board's file may be broken, too.
+            # The board's file may be broken, too.
             found = [("", f"{type(error).__name__}: {error}")]
         made.problems += [_line(f"{FILE}: {text}") for _, text in found]
     if made.problems:
@@ -72,7 +72,7 @@ def load():
 
 
 def _tree(path):
-    with open(path) as file:
+    with open(path, "rb") as file:
         try:
             return parse(file.read(LARGEST))
         except Exception:
@@ -83,7 +83,6 @@ def _tree(path):
 def board():
     """Returns the board's description; raises `BoardError` with one clear line."""
     try:
-        # Bytes: a broken file need not be text.
         with open(BOARD_FILE, "rb") as file:
             text = file.read()
     except OSError:
@@ -93,7 +92,7 @@ def board():
             raise BoardError(f"{BOARD_FILE} is missing: flash the board again") from None
         text = DEFINITION
     try:
-        found = parse(str(text, "utf-8"))
+        found = parse(text)
     except Exception:
         # Whatever it is that a broken file does to the parser.
         raise BoardError(f"{BOARD_FILE} is not valid JSON: flash the board again") from None

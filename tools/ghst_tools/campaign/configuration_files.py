@@ -72,8 +72,9 @@ def _judged(outcome: tuple[Any, ...], which: str, text: bytes, where: str) -> st
     kind, said = outcome[:2]
     if kind == "valid":
         try:
+            expect(is_strict(text), "taken, and no JSON")
             judge(said, which)
-            if which == USER and is_strict(text):
+            if which == USER:
                 compare(said, text, defaults())
         except Wrong as wrong:
             raise Wrong(f"{where}: {wrong}", case) from wrong
@@ -111,23 +112,17 @@ def fuzz(setting: Setting, which: str, where: str) -> list[Row]:
         "emulated board": lambda: on_board(setting.picos, which, texts),
     }
     found: Counter[str] = Counter()
-    verdicts = []
-    for broken, outcome in zip(texts, read[where](), strict=True):
-        verdict = _judged(outcome, which, broken, where)
-        verdicts.append(verdict)
-        found[verdict] += 1
-        if verdict == "valid":
-            found["lenient"] += not is_strict(broken)
-    told = f"{found['lenient']:,} of them no strict JSON"
+    outcomes = read[where]()
+    host = outcomes if where == "host" else read["host"]()
+    for broken, outcome, there in zip(texts, outcomes, host, strict=True):
+        found[_judged(outcome, which, broken, where)] += 1
+        case = configuration_case(which, broken)
+        equal(outcome[0] == "valid", there[0] == "valid", f"{where}: taken, as on the host", case)
+    told = "all of them JSON to the letter"
     if which == USER:
-        rest = found["valid"] - found["lenient"]
-        told += f" and the other {rest:,} with each value that the file says, the rest defaults"
-    if where == "unix port":
-        host = ["valid" if kind == "valid" else "error" for kind, *_ in read["host"]()]
-        others = sum(here != there for here, there in zip(verdicts, host, strict=True))
-        told += (
-            f"; on {others:,} of the files host and port differ, one takes what the other refuses"
-        )
+        told += " and with each value that the file says, the rest defaults"
+    if where != "host":
+        told += "; the same files are taken as on the host"
     return [
         Row(
             f"{which} corrupted, {where}",

@@ -63,6 +63,10 @@ def differences(values):
         for name, value in named.items():
             if name not in standard or repr(value) != repr(standard[name]):
                 found.append((section, name, value))
+    for section, named in whole.items():
+        for name in named:
+            if section != "outputs" and name not in values.get(section, {}):
+                found.append(("missing", section, name))
     if set(values) != set(whole):
         found.append(("sections",) + tuple(values))
     return found
@@ -172,6 +176,8 @@ def _patched(whole: dict[str, Any], differences: list[Any]) -> dict[str, Any]:
     for section, *changed in differences:
         if section == "sections":
             values = {name: values.get(name, {}) for name in changed}
+        elif section == "missing":
+            del values[changed[0]][changed[1]]
         elif section == "outputs":
             values[section] = changed[0]
         else:

@@ -489,6 +489,13 @@ CONFIGURATION = (
         ("firmware/test_configuration.py", "cannot_be_read"),
     ),
     Mutation(
+        "a value that stands where its colon was lost",
+        "firmware/json_text.py",
+        "            expected = _COMMA_OR_END if expected <= _VALUE_OR_END else _COLON",
+        "            expected = _COMMA_OR_END if expected <= _VALUE_OR_END else _VALUE",
+        _behaviour("json_text"),
+    ),
+    Mutation(
         "motors without arming",
         "firmware/configuration/outputs.py",
         'if output["motor"] and values["arming"]["channel"] is None:',
