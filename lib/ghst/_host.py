@@ -8,6 +8,7 @@ outside the buffer raises `IndexError` instead of reading foreign memory.
 
 import functools
 import inspect
+import threading
 
 
 class _Pointer:
@@ -36,6 +37,18 @@ def uint(value):
 def const(value):
     """Returns `value`; MicroPython's compiler folds it into the code."""
     return value
+
+
+def one_at_a_time(function):
+    """Returns `function` with a lock: threads that call it together wait for each other."""
+    lock = threading.Lock()
+
+    @functools.wraps(function)
+    def alone(*arguments):
+        with lock:
+            return function(*arguments)
+
+    return alone
 
 
 class micropython:
