@@ -54,7 +54,7 @@ def check_file(path: Path, board: boards.Board) -> list[str]:
 def check_content(content: bytes, name: str, board: boards.Board) -> list[str]:
     """A line for each problem of a file's contents, as `check_file`; `name` is what it is called.
 
-    What the board's parser takes and JSON does not have is a problem, too.
+    A key that stands there twice is a problem, too: the board takes the last one.
     """
     largest = firmware_module("json_text").LARGEST
     if len(content) > largest:
