@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
-from itertools import islice
 
-import ghst  # type: ignore[import-not-found]
-from ghst_tools.campaign.model import Model
-from ghst_tools.campaign.periods import Periods
-from ghst_tools.campaign.pico import NO_SENSORS, SERVOS, Pico, steps
-from ghst_tools.campaign.picos import check_outputs, connect_battery, forked, no_exception
+from ghst_tools.campaign.outputs import Outputs, moving, moving_link
+from ghst_tools.campaign.pico import NO_SENSORS, Pico
+from ghst_tools.campaign.picos import connect_battery, forked, no_exception
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
 from ghst_tools.demo.probes import decoder_state
 
 _RATE_HZ = 500
-_SLICES = 4
-_ALL_CHANNELS = 3
-"""With this frame, the first of type 0x30, each of the eight channels has come."""
 _CHUNK_S = 5
 _WARM_UP_S = 10
 """Until everything is loaded that is loaded when it is used."""
@@ -47,45 +41,29 @@ def _frame(index: int, _t_ns: float) -> bytes:
         return _MSP
     if index % 4 == 0:
         # A mode of 500 Hz has no downlink; the telemetry bit asks for it.
-        return bytes(ghst.encode.link_data(0x33, (2048,) * 4, rf_mode=11, telemetry=True))
-    stick = 48 + 16 * (index // 4 % 251)
-    return bytes(ghst.encode.channels(0x30 + index % 3, (stick, 4096 - stick, stick, 2048)))
-
-
-def _check_values(pico: Pico, model: Model, sent: Sequence[bytes]) -> None:
-    """What each frame wrote into the compare registers is what it demands."""
-    writes = iter(pico.compares)
-    for frame in sent:
-        if model.feed(frame):
-            counts = [steps(pulse) if pulse else 0 for pulse in model.pulses[: len(SERVOS)]]
-            wanted = [a | b << 16 for a, b in zip(counts[::2], counts[1::2], strict=True)]
-            found = [write.value for write in islice(writes, _SLICES)]
-            equal(found, wanted, f"compare values of {frame.hex()}")
+        return moving_link(index, 0x33, rf_mode=11, telemetry=True)
+    return moving(index, 0x30 + index % 3)
 
 
 def fly(pico: Pico, seconds: int) -> str:
     """Fly for `seconds` of emulated time; what was found."""
     started = time.monotonic()
     connect_battery(pico)
+    outputs = Outputs(pico)
     receiver = pico.fly(_frame, _RATE_HZ)
     begin = pico.board.now_ns
     kept: list[int] = []
-    model, periods = Model(), None
-    frames = requests = pulses = telemetry = 0
+    frames = requests = telemetry = 0
     while pico.board.now_ns - begin < seconds * 1e9:
         pico.board.run_for(min(_CHUNK_S * 1e9, seconds * 1e9 - (pico.board.now_ns - begin)))
         sent = [frame for end, frame in receiver.sent if end < pico.board.now_ns - 50e3]
         later = receiver.sent[len(sent) :]
         requests += sent.count(_MSP)
-        controls = len(sent) - sent.count(_MSP)
-        frames += controls
+        frames += len(sent) - sent.count(_MSP)
         equal(decoder_state(pico.board).frames, frames, "control frames counted by the decoder")
         equal(decoder_state(pico.board).crc_errors, 0, "CRC errors")
-        equal(len(pico.compares), _SLICES * controls, "compare writes")
-        _check_values(pico, model, sent)
-        periods = periods or Periods(pico, receiver.sent[_ALL_CHANNELS].end_ns)
-        pulses += periods.check()
-        check_outputs(pico)
+        outputs.frames(receiver.sent)
+        outputs.check()
         for frame in receiver.downlink:
             right = frame.ok and frame.after_ns is not None and 990e3 < frame.after_ns < 1010e3
             expect(right, f"telemetry {frame.after_ns} ns behind a frame")
@@ -111,9 +89,9 @@ def fly(pico: Pico, seconds: int) -> str:
     return (
         f"all {frames:,} control frames decoded and written to the outputs as an independent "
         f"model has them, {requests:,} MSP "
-        f"requests, {telemetry:,} telemetry frames, each in its slot, no collision; {pulses:,} "
-        f"pulses, none missing, all within limits; {heap}no failsafe, no fault, no reset; took "
-        f"{took:.0f} s of the host's time"
+        f"requests, {telemetry:,} telemetry frames, each in its slot, no collision; "
+        f"{outputs.shown()}; {heap}no failsafe, no fault, no reset; took {took:.0f} s of the "
+        "host's time"
     )
 
 

@@ -8,8 +8,9 @@ from functools import partial
 
 import ghst  # type: ignore[import-not-found]
 from ghst import decoder
+from ghst_tools.campaign.outputs import Outputs, moving, moving_link
 from ghst_tools.campaign.pico import TALKING, TALKING_SETUP, Pico
-from ghst_tools.campaign.picos import Picos, check_outputs, forked, no_exception
+from ghst_tools.campaign.picos import Picos, forked, no_exception
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.talkers import echo_missing, second_talker
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
@@ -18,15 +19,15 @@ from ghst_tools.uart_bits import encode
 
 FAILSAFE_NS = 110e6
 FAILSAFE_LIMIT_NS = 130e6  # two ticks more
-LAST_PULSE_NS = 2.2e6  # it may have begun just before
 _BIT_NS = 1e9 / BAUD
 _SHIFT_NS = 41.3
+# Bytes that are not counted as those of a frame are looked at when the line was quiet for 150 us.
+_QUIET_NS = 200e3
 FRAME_NS = 140 * _BIT_NS
 
 CENTRE = bytes(ghst.encode.channels(0x30, (2048,) * 4, (128,) * 4))
 ENDS = bytes(ghst.encode.channels(0x30, (48, 4048, 1048, 3048), (3, 253, 64, 192)))
 LINK = bytes(ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=6))
-_CENTRE_PULSES, _ENDS_PULSES = [6000] * 8, [4000, 8000, 5000, 7000, 4000, 8000, 4976, 7024]
 
 
 def still(picos: Picos) -> Pico:
@@ -41,17 +42,17 @@ def talking(picos: Picos) -> Pico:
 
 def held(pico: Pico, level: bool, hold_ns: float) -> str:
     """Fly, have the line stuck, let it go."""
-    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    outputs = Outputs(pico)
+    receiver = pico.fly(lambda index, t: moving(index), 250)
     begun = pico.at(50.1e6)
     pico.wire.hold(level, begun, begun + hold_ns)
     pico.board.run_for(50.1e6 + hold_ns - 1e6)
-    last = max(end for end, _ in receiver.sent if end < begun)
-    writes = [c.t_ns for c in pico.compares if c.t_ns > last + 1e6]
-    equal(len(writes), 4, "compare writes of failsafe, one for each slice")
-    delay = writes[-1] - last
-    expect(FAILSAFE_NS < delay <= FAILSAFE_LIMIT_NS, f"failsafe after {delay / 1e6} ms")
-    quiet = pico.no_pulses_since(last + FAILSAFE_LIMIT_NS + LAST_PULSE_NS)
-    expect(quiet, "pulses in failsafe")
+    heard = [sent for sent in receiver.sent if sent.end_ns < begun]
+    outputs.frames(heard)
+    last = heard[-1].end_ns
+    delay = pico.compares[-1].t_ns - last
+    outputs.failsafe(last + FAILSAFE_NS, last + FAILSAFE_LIMIT_NS)
+    outputs.check()
     equal(pico.pulses(), [0] * 16, "channels in failsafe")
     before = pico.word(decoder.FRAMES)
     released = pico.at(1e6)
@@ -59,71 +60,90 @@ def held(pico: Pico, level: bool, hold_ns: float) -> str:
     sent = sum(1 for end, _ in receiver.sent if released + FRAME_NS < end < pico.at(-100e3))
     frames = pico.word(decoder.FRAMES) - before
     expect(frames >= sent >= 9, f"{frames} frames of {sent} decoded after it")
+    outputs.frames([sent for sent in receiver.sent if sent.end_ns > released + FRAME_NS])
+    outputs.check()
     no_exception(pico)
-    check_outputs(pico)
     return (
         f"failsafe {delay / 1e6:.1f} ms after the last frame, no pulse in it, no reset; every "
-        "frame decoded that began after it"
+        f"frame decoded that began after it and written to the outputs, {outputs.shown()}"
     )
 
 
 def glitches(pico: Pico, width_ns: float, count: int, seed: int) -> str:
     """Frames with a glitch somewhere; each is decoded as it was sent, or not at all."""
     rng = random.Random(seed)
+    outputs = Outputs(pico)
     lost = 0
     frames = 0
+    longest = 0.0
     for index in range(count):
-        frame, pulses = ((CENTRE, _CENTRE_PULSES), (ENDS, _ENDS_PULSES))[index % 2]
+        frame, after = moving(2 * index), moving(2 * index + 1)
         start = pico.at(1e6)
         where = rng.uniform(-10e3, FRAME_NS)
-        before = pico.pulses()[:8]
         pico.wire.glitch(start + where, width_ns)
-        pico.wire.send(frame, start)
+        end = pico.wire.send(frame, start)
         pico.board.run_for(1e6 + FRAME_NS + 300e3)
         decoded = pico.word(decoder.FRAMES) - frames
         place = f"a glitch of {width_ns} ns {where:.0f} ns after the start of a frame"
-        equal(pico.pulses()[:8], pulses if decoded else before, f"{place}: channels")
+        if decoded:
+            longest = max(longest, pico.compares[-1].t_ns - end)
+            outputs.frame(end, frame, _QUIET_NS)
+        outputs.check(place)
         lost += not decoded
-        pico.wire.send(frame, pico.at(500e3))
+        outputs.frame(pico.wire.send(after, pico.at(500e3)), after)
         pico.board.run_for(500e3 + FRAME_NS + 200e3)
         frames += decoded + 1
         equal(pico.word(decoder.FRAMES), frames, f"{place}: frames with the next")
-        equal(pico.pulses()[:8], pulses, f"{place}: channels after the next")
-    check_outputs(pico)
-    return f"{lost} of {count} frames lost, none decoded as another one, the next always decoded"
+        outputs.check(f"{place}, and the next")
+    outputs.finish()
+    return (
+        f"{lost} of {count} frames lost, none decoded as another one, the next always decoded; "
+        f"those decoded written to the outputs at most {longest / 1e3:.0f} us behind their end, "
+        f"{outputs.shown()}"
+    )
 
 
 def slow_edges(pico: Pico, late_ns: float, rising: bool, count: int) -> str:
     """Frames whose rising or falling edges come late."""
+    outputs = Outputs(pico)
     for index in range(count):
         start = pico.at(1e6 + 37.3 * index)
-        levels, end = encode(CENTRE if index % 2 else ENDS, start, BAUD)
+        frame = moving(index)
+        levels, end = encode(frame, start, BAUD)
         late = [(t + late_ns if level is rising else t, level) for t, level in levels]
         pico.wire.play(late, end + late_ns)
+        outputs.frame(end, frame)
         pico.board.run_for(2e6)
     equal(pico.word(decoder.FRAMES), count, "frames decoded")
     equal(pico.word(decoder.CRC_ERRORS), 0, "CRC errors")
-    expect(pico.pulses()[:8] in (_CENTRE_PULSES, _ENDS_PULSES), "wrong channels")
-    return f"all {count} decoded"
+    outputs.finish()
+    return f"all {count} decoded and written to the outputs, {outputs.shown()}"
 
 
 def off_rate(pico: Pico, baud: float, count: int) -> str:
     """Frames at another baud rate, each a little later against the clock of the chip."""
+    outputs = Outputs(pico)
     for index in range(count):
-        pico.wire.send(ENDS, pico.at(1.7e6 + _SHIFT_NS * index), baud=baud)
+        frame = moving(index)
+        end = pico.wire.send(frame, pico.at(1.7e6 + _SHIFT_NS * index), baud=baud)
+        outputs.frame(end, frame)
         pico.board.run_for(2.4e6)
     equal(pico.word(decoder.FRAMES), count, f"frames decoded at {baud} baud")
     equal(pico.word(decoder.SKIPPED_BYTES), 0, f"bytes skipped at {baud} baud")
-    equal(pico.pulses()[:8], _ENDS_PULSES, "channels")
-    return f"all {count} decoded"
+    outputs.finish()
+    return f"all {count} decoded and written to the outputs, {outputs.shown()}"
 
 
 def doubled(pico: Pico, pause_us: float, count: int) -> str:
     """Each frame comes twice; telemetry follows the second."""
+    outputs = Outputs(pico)
     ends = []
-    for _ in range(count):
-        end = pico.wire.send(LINK, pico.at(100e3))
-        end = pico.wire.send(LINK, end + pause_us * 1e3)
+    for index in range(count):
+        frame = moving_link(index)
+        end = pico.wire.send(frame, pico.at(100e3))
+        outputs.frame(end, frame)
+        end = pico.wire.send(frame, end + pause_us * 1e3)
+        outputs.frame(end, frame)
         ends.append(end)
         pico.board.run_for(end + 3e6 - pico.board.now_ns)
     equal(pico.word(decoder.FRAMES), 2 * count, "frames decoded")
@@ -132,7 +152,11 @@ def doubled(pico: Pico, pause_us: float, count: int) -> str:
     equal(len(starts), count, "telemetry frames")
     late = [(start - end) / 1e3 for start, end in zip(starts, ends, strict=True)]
     expect(min(late) > 990 and max(late) < 1010, f"telemetry {late} us behind the second frame")
-    return f"both decoded {count} times; one telemetry frame each time, 1000 us behind the second"
+    outputs.finish()
+    return (
+        f"both decoded {count} times and written to the outputs, {outputs.shown()}; one telemetry "
+        "frame each time, 1000 us behind the second"
+    )
 
 
 def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:

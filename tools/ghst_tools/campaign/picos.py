@@ -19,7 +19,7 @@ _KEPT = 3
 LOWEST_NS, HIGHEST_NS = 800e3, 2200e3
 _ONE_STEP_NS = 400  # a count of the PWM, and a grid of 8 ns
 # Counts of 0.3125 us at 50 Hz.
-_LOWEST, _HIGHEST = 2560, 7040
+LOWEST, HIGHEST = 2560, 7040
 
 
 class Picos:
@@ -86,8 +86,8 @@ def check_outputs(pico: Pico, case: dict[str, Any] | None = None) -> int:
     for write in pico.compares:
         for counts in (write.value & 0xFFFF, write.value >> 16):
             expect(
-                counts == 0 or _LOWEST <= counts <= _HIGHEST,
-                f"{counts} counts in a compare register, must be 0 or {_LOWEST}..{_HIGHEST}",
+                counts == 0 or LOWEST <= counts <= HIGHEST,
+                f"{counts} counts in a compare register, must be 0 or {LOWEST}..{HIGHEST}",
                 case,
             )
     pico.compares.clear()

@@ -5,15 +5,14 @@ from __future__ import annotations
 import random
 from bisect import bisect_right
 
-import ghst  # type: ignore[import-not-found]
-from ghst import decoder
+from ghst import decoder  # type: ignore[import-not-found]
 from ghst_tools.campaign.model import Model
+from ghst_tools.campaign.outputs import Outputs, moving_link
 from ghst_tools.campaign.pico import Pico
-from ghst_tools.campaign.picos import check_outputs, no_exception
+from ghst_tools.campaign.picos import no_exception
 from ghst_tools.campaign.verdict import equal, expect
 from ghst_tools.emulator.wire import BAUD
 
-_LINK = bytes(ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=6))
 _BIT_NS = 1e9 / BAUD
 _FRAME_NS = 140 * _BIT_NS
 _SLOT_NS = 1e6
@@ -77,13 +76,16 @@ def second_talker(pico: Pico, count: int, seed: int) -> str:
     Whether a frame is sent follows from when, whether that is a collision from the wire's levels.
     """
     rng = random.Random(seed)
+    outputs = Outputs(pico)
     sent = collisions = lost = doubtful = 0
     for index in range(count):
-        end = pico.wire.send(_LINK, pico.at(1e6))
+        first, second = moving_link(2 * index), moving_link(2 * index + 1)
+        end = pico.wire.send(first, pico.at(1e6))
+        outputs.frame(end, first)
         data = _anything(rng)
         talk = end + rng.uniform(900e3, 1400e3)
         pico.wire.send(data, talk)
-        pico.wire.send(_LINK, end + 2e6)
+        outputs.frame(pico.wire.send(second, end + 2e6), second)
         place = f"{data.hex()} {(talk - end) / 1e3:.1f} us behind a frame"
         pico.board.run_for(end + 800e3 - pico.board.now_ns)
         frame = _slot_frame(pico)
@@ -109,14 +111,16 @@ def second_talker(pico: Pico, count: int, seed: int) -> str:
         before = pico.control("COLLISIONS")
         pico.board.run_for(3e6)
         equal(pico.control("COLLISIONS"), before, f"{place}: collisions in the next slot")
+        outputs.check(place)
         pico.wire.edges.clear()
     equal(pico.control("TELEMETRY_FRAMES"), sent + count, "telemetry frames sent")
     equal(pico.control("COLLISIONS"), collisions, "collisions")
     expect(0 < collisions <= sent, f"{sent} frames sent, {collisions} collisions")
-    check_outputs(pico)
+    outputs.finish()
     no_exception(pico)
     return (
-        f"all {2 * count} frames of the receiver decoded, nothing taken for one; {lost} slots "
+        f"all {2 * count} frames of the receiver decoded, nothing taken for one, "
+        f"{outputs.shown()}; {lost} slots "
         f"left to who had begun before, {sent} telemetry frames sent, {collisions} of them "
         "counted as collisions: just those of which a bit was another one on the wire "
         f"({doubtful} times it was only the edge of a bit or a stop bit, where either is right); "
@@ -131,9 +135,12 @@ def echo_missing(pico: Pico, count: int) -> str:
     """
     control = _IO_BANK0 + 8 * pico.wire_pin + 4
     whole = pico.board.read32(control)
+    outputs = Outputs(pico)
     for index in range(count):
-        end = pico.wire.send(_LINK, pico.at(1e6))
-        pico.wire.send(_LINK, end + 1.7e6 + 0.3e6 * index / count)
+        first, second = moving_link(2 * index), moving_link(2 * index + 1)
+        end = pico.wire.send(first, pico.at(1e6))
+        outputs.frame(end, first)
+        outputs.frame(pico.wire.send(second, end + 1.7e6 + 0.3e6 * index / count), second)
         driven = len(pico.driven)
         pico.board.run_for(end + _SLOT_NS - 50e3 - pico.board.now_ns)
         pico.board.write32(control, whole | _INPUT_HIGH)
@@ -149,9 +156,10 @@ def echo_missing(pico: Pico, count: int) -> str:
         # That it was sent is noticed at the next frame: too late for a new one behind that.
         equal(len(pico.driven), driven + 2, "changes between driving the wire and not")
         equal(pico.control("TELEMETRY_FRAMES"), index + 1, "telemetry frames sent")
-    check_outputs(pico)
+    outputs.finish()
     no_exception(pico)
     return (
         f"{count} frames sent and counted as collisions, all {2 * count} frames of the receiver "
-        "decoded; the slot behind the next frame stays empty, the one after it is used again"
+        f"decoded, {outputs.shown()}; the slot behind the next frame stays empty, the one after "
+        "it is used again"
     )

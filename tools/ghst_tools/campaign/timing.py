@@ -9,17 +9,13 @@ from itertools import pairwise
 
 from ghst import decoder  # type: ignore[import-not-found]
 from ghst_tools.campaign.line import (
-    CENTRE,
-    ENDS,
     FAILSAFE_LIMIT_NS,
     FAILSAFE_NS,
-    LAST_PULSE_NS,
-    LINK,
     still,
 )
-from ghst_tools.campaign.periods import Periods
+from ghst_tools.campaign.outputs import Outputs, moving, moving_link
 from ghst_tools.campaign.pico import NO_SENSORS, Pico
-from ghst_tools.campaign.picos import check_outputs, connect_battery, forked, no_exception
+from ghst_tools.campaign.picos import connect_battery, forked, no_exception
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
 from ghst_tools.emulator.wire import BAUD
@@ -32,69 +28,64 @@ _TIMER_HIGH, _TIMER_LOW = 0x40054024, 0x40054028  # without a latch
 _APPLICATION_HZ = 250
 _SETTLING_US, _BEFORE_US, _BEHIND_US = 700_000, 500_000, 500_000
 _TELEMETRY_MS = 400
-_SLICES = 4
 CONFIGURATION = NO_SENSORS | {"battery": {"enabled": True}}
 READY = b"sensors: battery"
 
 
-def loss(pico: Pico, phase: float) -> float:
+def loss(pico: Pico, outputs: Outputs, phase: float, first: int) -> float:
     """End the link at `phase` 0..1 of a frame's period; the delay of failsafe in ns.
 
-    The link is up again at the end.
+    `first`: which frame it begins with.
     """
     failsafes = pico.control("FAILSAFES")
-    pico.compares.clear()
-    # The fourth frame has other channels: those of a frame that was cut must not be seen.
-    receiver = pico.fly(lambda index, t: ENDS if index == 3 else CENTRE, 1e9 / _PERIOD_NS)
+    receiver = pico.fly(lambda index, t: moving(first + index), 1e9 / _PERIOD_NS)
     fourth = pico.at(1e6) + 3 * _PERIOD_NS
     receiver.stop_at(fourth + phase * _PERIOD_NS)
     pico.board.run_for(20e6)
     at = f"a link that ended at {phase:.3f} of a frame's period"
     # Whole as soon as nothing is left of it but a line that is high.
-    levels, end = encode(ENDS, fourth, BAUD)
+    levels, end = encode(moving(first + 3), fourth, BAUD)
     whole = fourth + phase * _PERIOD_NS >= levels[-1][0]
     last = end if whole else end - _PERIOD_NS
-    expected = [4000, 8000, 5000, 7000] if whole else [6000] * 4
-    equal(pico.pulses()[:4], expected, f"{at}: channels")
+    for before in (3, 2, 1, 0) if whole else (3, 2, 1):
+        outputs.frame(end - before * _PERIOD_NS, moving(first + 3 - before))
+    equal(pico.pulses(), outputs.model.pulses, f"{at}: channels")
     pico.board.run_for(125e6)
     equal(pico.control("FAILSAFES"), failsafes + 1, f"{at}: failsafes")
-    writes = [c for c in pico.compares if c.t_ns > last + 1e6]
-    equal([c.value for c in writes], [0] * _SLICES, f"{at}: compare writes of failsafe")
-    delay = writes[-1].t_ns - last
-    expect(FAILSAFE_NS < delay <= FAILSAFE_LIMIT_NS, f"{at}: failsafe after {delay / 1e6} ms")
+    delay = pico.compares[-1].t_ns - last
+    outputs.failsafe(last + FAILSAFE_NS, last + FAILSAFE_LIMIT_NS)
     pico.board.run_for(20e6)
-    quiet = pico.no_pulses_since(last + FAILSAFE_LIMIT_NS + LAST_PULSE_NS)
-    expect(quiet, f"{at}: pulses in failsafe")
-    check_outputs(pico)
+    outputs.check(at)
     return delay
 
 
 def losses(pico: Pico, count: int) -> str:
     """The link ends at `count` phases of a frame's period, one after the other."""
-    delays = [loss(pico, index / count) / 1e6 for index in range(count)]
+    outputs = Outputs(pico)
+    delays = [loss(pico, outputs, index / count, 5 * index) / 1e6 for index in range(count)]
     no_exception(pico)
     return (
-        f"no part of a frame is seen at the outputs; failsafe {min(delays):.1f} to "
-        f"{max(delays):.1f} ms after the last whole frame, at 110 ms and the next ticks; then no "
-        "pulse; the link comes back each time"
+        f"no part of a frame is seen at the outputs, {outputs.shown()}; failsafe "
+        f"{min(delays):.1f} to {max(delays):.1f} ms after the last whole frame, at 110 ms and the "
+        "next ticks; then no pulse; the link comes back each time"
     )
 
 
 def _fly(pico: Pico, periods_ns: list[float]) -> str:
-    pico.compares.clear()
+    outputs = Outputs(pico)
     start = pico.at(1e6)
-    for period in periods_ns:
-        pico.wire.send(CENTRE, start)
+    for index, period in enumerate(periods_ns):
+        frame = moving(index)
+        outputs.frame(pico.wire.send(frame, start), frame)
         start += period
         pico.board.run_for(start - 50e3 - pico.board.now_ns)
     count = len(periods_ns)
     equal(pico.word(decoder.FRAMES), count, "frames decoded")
     equal(pico.word(decoder.SKIPPED_BYTES), 0, "bytes skipped")
-    equal(len(pico.compares), _SLICES * count, "compare writes")
     equal(pico.control("FAILSAFES"), 0, "failsafes")
-    check_outputs(pico)
+    outputs.finish()
     no_exception(pico)
-    return f"all {count} frames decoded and written to the outputs; no failsafe"
+    return f"all {count} frames decoded and written to the outputs, {outputs.shown()}; no failsafe"
 
 
 def changing(pico: Pico, count: int, seed: int) -> str:
@@ -111,22 +102,25 @@ def steady(pico: Pico, count: int) -> str:
 def wrap(pico: Pico, bits: int) -> str:
     """Fly over the moment at which the microsecond clock passes 2 to the power of `bits`."""
     pico.board.advance_timer((1 << bits) - 100_000 - pico.board.read32(_TIMER_LOW))
-    receiver = pico.fly(lambda index, t: CENTRE, 250)
+    outputs = Outputs(pico)
+    receiver = pico.fly(lambda index, t: moving(index), 250)
     pico.board.run_for(220e6)
     clock = pico.board.read32(_TIMER_LOW)
     expect(100_000 < (clock - (1 << bits)) % 2**32 < 200_000, f"the clock stands at {clock}")
     receiver.stop()
     pico.board.run_for(5e6)
-    count = len(receiver.sent)
-    equal(len(pico.compares), _SLICES * count, "compare writes")
+    count = outputs.frames(receiver.sent)
+    equal(count, len(receiver.sent), "frames that are complete")
     equal(pico.control("FAILSAFES"), 0, "failsafes")
     last = receiver.sent[-1].end_ns
     pico.board.run_for(140e6)
-    delay = pico.compares[-1].t_ns - last
-    expect(FAILSAFE_NS < delay <= FAILSAFE_LIMIT_NS, f"failsafe after {delay / 1e6} ms")
-    check_outputs(pico)
+    outputs.failsafe(last + FAILSAFE_NS, last + FAILSAFE_LIMIT_NS)
+    outputs.finish()
     no_exception(pico)
-    return f"all {count} frames across it decoded, no failsafe; afterwards failsafe as ever"
+    return (
+        f"all {count} frames across it written to the outputs, {outputs.shown()}; no failsafe; "
+        "afterwards failsafe as ever"
+    )
 
 
 def application_wrap(pico: Pico, at_us: int) -> str:
@@ -137,18 +131,18 @@ def application_wrap(pico: Pico, at_us: int) -> str:
     wraps_ns = pico.at((_SETTLING_US + _BEFORE_US) * 1e3)
     # Whatever waits for a time has seen the clock jump.
     pico.board.run_for(_SETTLING_US * 1e3)
-    receiver = pico.fly(lambda index, t: CENTRE if index % 4 else LINK, _APPLICATION_HZ)
-    pico.board.run_until(lambda: bool(receiver.sent), 10e6)
-    # The second frame has the channels that link data has not.
-    periods = Periods(pico, pico.at(2e9 / _APPLICATION_HZ))
+    outputs = Outputs(pico)
+    receiver = pico.fly(
+        lambda index, t: moving(index) if index % 4 else moving_link(index), _APPLICATION_HZ
+    )
     pico.board.run_for(wraps_ns + _BEHIND_US * 1e3 - pico.board.now_ns)
-    pulses = periods.check()
     clock = pico.board.read32(_TIMER_HIGH) << 32 | pico.board.read32(_TIMER_LOW)
     expect(clock > at_us, f"the clock stands at {clock} us")
     receiver.stop()
     pico.board.run_for(5e6)
-    count = len(receiver.sent)
-    equal(len(pico.compares), _SLICES * count, "compare writes")
+    count = outputs.frames(receiver.sent)
+    equal(count, len(receiver.sent), "frames that are complete")
+    outputs.finish()
     told = [frame.t_ns - wraps_ns for frame in receiver.downlink]
     for frame in receiver.downlink:
         right = frame.ok and frame.after_ns is not None and 990e3 < frame.after_ns < 1010e3
@@ -158,14 +152,13 @@ def application_wrap(pico: Pico, at_us: int) -> str:
     expect(min(before, behind) >= 2, f"telemetry frames before and behind: {before}, {behind}")
     longest = max(later - sooner for sooner, later in pairwise(told)) / 1e6
     expect(longest < _TELEMETRY_MS, f"{longest} ms without telemetry")
-    check_outputs(pico)
     no_exception(pico)
     said = pico.reply_to_enter()
     for words in ("stood still 0 times", "failsafes 0", "0 collisions", "battery: 16.50 V"):
         expect(words in said, f"the board says {said}")
     no_exception(pico)
     return (
-        f"all {count} control frames written to the outputs, none of {pulses} pulses missing; "
+        f"all {count} control frames written to the outputs, {outputs.shown()}; "
         f"{before} telemetry frames before it and {behind} behind it, each in its slot, at most "
         f"{longest:.0f} ms apart; no failsafe, no fault, no reset; the console answers and has "
         "the battery's voltage"

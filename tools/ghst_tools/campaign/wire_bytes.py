@@ -9,8 +9,9 @@ from typing import Any
 from ghst import decoder  # type: ignore[import-not-found]
 from ghst_tools.campaign import streams
 from ghst_tools.campaign.model import Model
-from ghst_tools.campaign.pico import Pico
-from ghst_tools.campaign.picos import Picos, check_outputs, forked, no_exception
+from ghst_tools.campaign.outputs import SOON_NS, Outputs
+from ghst_tools.campaign.pico import FAILSAFE_NS, Pico
+from ghst_tools.campaign.picos import Picos, forked, no_exception
 from ghst_tools.campaign.verdict import Row, equal, expect
 
 # In the main loop: whatever takes of the heap is told.
@@ -38,6 +39,9 @@ _GAP_US = 150.0
 _BURST_ENDS_US = 250
 """A pause that is longer ends a burst; the firmware waits for 150 us."""
 _HANDLER_US = 15.0
+_LOOKS_NS = 50e3
+"""How well it is known when a gap has lasted for 150 us."""
+_FAILSAFE_LATE_NS = 20e6
 _PATIENCE_US = (180.0, 124.0)
 """How long the firmware waits for what is to complete a frame: once, and for each byte."""
 _PAUSES_US = (0.0, 0.0, 0.0, 0.0, 20.0, 90.0, 300.0, 1700.0)
@@ -59,10 +63,13 @@ class Listener:
     It looks behind the 14th, 28th, ... byte of a burst, and when a burst breaks off. Bytes are
     dropped that were unfinished then; and those that were unfinished at the end of a burst which
     ended with its 14th, 28th, ... byte, if what comes then has taken too long.
+
+    `controls`: when it has looked and found control frames, in microseconds, and the channels then.
     """
 
-    def __init__(self) -> None:
-        self.model = Model()
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.controls: list[tuple[float, list[int]]] = []
         self._unread = b""
         self._burst = 0
         self._now_us = self._looked_us = 0.0
@@ -94,7 +101,10 @@ class Listener:
             self.model.discard()
         self._looked_us = now_us
         unread, self._unread = self._unread, b""
-        return self.model.feed(unread)
+        found = self.model.feed(unread)
+        if found:
+            self.controls.append((now_us, self.model.pulses.copy()))
+        return found
 
 
 def one_block(pico: Pico, listener: Listener, block: Sequence[Send]) -> None:
