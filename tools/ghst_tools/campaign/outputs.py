@@ -105,9 +105,11 @@ class Outputs:
         self.model.pulses[:] = [0] * len(self.model.pulses)
         self.now_due(earliest_ns, latest_ns, "of failsafe")
 
-    def now_due(self, earliest_ns: float, latest_ns: float, what: str) -> None:
-        """The channels as the model has them now are due between these times."""
-        counts = [steps(pulse) if pulse else 0 for pulse in self.model.pulses]
+    def now_due(
+        self, earliest_ns: float, latest_ns: float, what: str, pulses: Sequence[int] = ()
+    ) -> None:
+        """These channels, or those that the model has now, are due between these times."""
+        counts = [steps(pulse) if pulse else 0 for pulse in pulses or self.model.pulses]
         due = {pin: counts[channel - 1] for pin, channel in SERVOS.items()}
         for count in due.values():
             expect(not count or LOWEST <= count <= HIGHEST, f"the model has {count} counts")

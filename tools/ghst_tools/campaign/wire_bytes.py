@@ -39,8 +39,8 @@ _GAP_US = 150.0
 _BURST_ENDS_US = 250
 """A pause that is longer ends a burst; the firmware waits for 150 us."""
 _HANDLER_US = 15.0
-_LOOKS_NS = 50e3
-"""How well it is known when a gap has lasted for 150 us."""
+_BEHIND_NS = 100e3
+_EARLY_NS = 5e3
 _FAILSAFE_LATE_NS = 20e6
 _PATIENCE_US = (180.0, 124.0)
 """How long the firmware waits for what is to complete a frame: once, and for each byte."""
@@ -64,15 +64,17 @@ class Listener:
     dropped that were unfinished then; and those that were unfinished at the end of a burst which
     ended with its 14th, 28th, ... byte, if what comes then has taken too long.
 
-    `controls`: when it has looked and found control frames, in microseconds, and the channels then.
+    `now_us`: the end of the last byte; `controls`: when it has looked and found control frames,
+    and the channels then.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
+        self.now_us = 0.0
         self.controls: list[tuple[float, list[int]]] = []
         self._unread = b""
         self._burst = 0
-        self._now_us = self._looked_us = 0.0
+        self._looked_us = 0.0
 
     def take(self, pause_us: float, data: bytes) -> int:
         """Bytes after a pause; how many control frames were found among them at once.
@@ -82,16 +84,16 @@ class Listener:
         controls = 0
         if pause_us > _BURST_ENDS_US:
             if self._burst % _FRAME_BYTES:
-                self._look(self._now_us + _GAP_US)
+                self._look(self.now_us + _GAP_US)
                 self.model.discard()
             self._burst = 0
-        self._now_us += pause_us
+        self.now_us += pause_us
         for index in range(len(data)):
-            self._now_us += _BYTE_US
+            self.now_us += _BYTE_US
             self._burst += 1
             self._unread += data[index : index + 1]
             if self._burst % _FRAME_BYTES == 0:
-                controls += self._look(self._now_us)
+                controls += self._look(self.now_us)
         return controls
 
     def _look(self, now_us: float) -> int:
@@ -107,39 +109,51 @@ class Listener:
         return found
 
 
-def one_block(pico: Pico, listener: Listener, block: Sequence[Send]) -> None:
-    """Send a block; every counter and channel has to be as the model has it."""
+def one_block(pico: Pico, outputs: Outputs, listener: Listener, block: Sequence[Send]) -> None:
+    """Send a block; every counter, channel and pulse has to be as the model has it."""
     case = wire_case(block)
     end = pico.at(300e3)
     for pause_us, data in block:
         controls = listener.take(pause_us, data)
         end = pico.wire.send(data, end + pause_us * 1e3)
+        for looked_us, pulses in listener.controls:
+            at = end + (looked_us - listener.now_us) * 1e3
+            outputs.now_due(at - _EARLY_NS, at + SOON_NS, f"of {data.hex()}", pulses)
+        listener.controls.clear()
     equal(controls, 1, "the model did not decode the intact frame", case)
-    pico.board.run_for(end + 100e3 - pico.board.now_ns)
+    pico.board.run_for(end + _BEHIND_NS - pico.board.now_ns)
     model = listener.model
     found = {name: pico.word(index) for name, index in _COUNTERS.items()}
     wanted = {name: getattr(model, name) for name in _COUNTERS}
     equal(found, wanted, "counters on the chip", case)
     equal(pico.pulses(), model.pulses, "channels on the chip", case)
+    outputs.check(case=case)
 
 
-def fuzz_adapter(pico: Pico, seed: int, total: int) -> tuple[int, int, int, int]:
-    """`total` bytes to an adapter; how many bytes, blocks, control frames and pulses."""
-    listener = Listener()
-    count = blocks = pulses = 0
+def fuzz_adapter(pico: Pico, seed: int, total: int) -> tuple[int, str]:
+    """`total` bytes to an adapter; how many it were, and what was found."""
+    outputs = Outputs(pico)
+    listener = Listener(outputs.model)
+    count = blocks = 0
     for block in sends(seed, total):
-        one_block(pico, listener, block)
+        one_block(pico, outputs, listener, block)
         blocks += 1
         count += sum(len(data) for _, data in block)
         if blocks % 50 == 0:
-            pulses += check_outputs(pico, wire_case(block))
             pico.wire.edges.clear()
-    pico.board.run_for(500e6)
-    pulses += check_outputs(pico)
+    last = pico.at(-_BEHIND_NS)
+    pico.board.run_for(FAILSAFE_NS + _FAILSAFE_LATE_NS)
+    outputs.failsafe(last + FAILSAFE_NS, last + FAILSAFE_NS + _FAILSAFE_LATE_NS)
+    outputs.finish()
     no_exception(pico)
     heap = b"heap taken" not in pico.board.console.output
     expect(heap, f"the heap: {bytes(pico.board.console.output[-200:])!r}")
-    return count, blocks, listener.model.frames, pulses
+    return count, (
+        f"counters and channels as the model has them after each of {blocks} "
+        f"blocks, the intact frame behind each decoded ({listener.model.frames} control frames); "
+        f"{outputs.shown()}, and none in failsafe at the end; no exception, no byte of the heap, "
+        "no reset"
+    )
 
 
 def wire_case(block: Sequence[Send]) -> dict[str, Any]:
@@ -151,20 +165,24 @@ def replay(case: dict[str, Any], picos: Picos) -> None:
     """Run a saved case on a started board; raises Wrong."""
     block = [(pause_us, bytes.fromhex(data)) for pause_us, data in case["sends"]]
     pico = picos.run(WATCH_HEAP, setup=HEAP_SETUP, watchdog=True)
-    forked(lambda: one_block(pico, Listener(), block))
+
+    def trial() -> None:
+        outputs = Outputs(pico)
+        one_block(pico, outputs, Listener(outputs.model), block)
+        outputs.finish()
+
+    forked(trial)
 
 
 def fuzz(picos: Picos, seed: int, total: int) -> list[Row]:
     """`total` bytes over the wire to an adapter whose memory is looked into."""
     pico = picos.run(WATCH_HEAP, setup=HEAP_SETUP, watchdog=True)
-    count, blocks, frames, pulses = forked(lambda: fuzz_adapter(pico, seed, total))
+    count, happened = forked(lambda: fuzz_adapter(pico, seed, total))
     return [
         Row(
             "bytes, emulated wire",
             f"{count:,} bytes of the same kinds, bit by bit, with pauses of 0 to 1700 us between "
             "the pieces",
-            f"counters and channels as the model has them after each of {blocks} blocks, the "
-            f"intact frame behind each decoded ({frames} control frames); all {pulses} pulses and "
-            "all compare values within 800..2200 us; no exception, no byte of the heap, no reset",
+            happened,
         )
     ]
