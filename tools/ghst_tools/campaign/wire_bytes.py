@@ -9,7 +9,7 @@ from typing import Any
 from ghst import decoder  # type: ignore[import-not-found]
 from ghst_tools.campaign import streams
 from ghst_tools.campaign.model import Model
-from ghst_tools.campaign.outputs import SOON_NS, Outputs
+from ghst_tools.campaign.outputs import Outputs
 from ghst_tools.campaign.pico import FAILSAFE_NS, Pico
 from ghst_tools.campaign.picos import Picos, forked, no_exception
 from ghst_tools.campaign.verdict import Row, equal, expect
@@ -40,7 +40,8 @@ _BURST_ENDS_US = 250
 """A pause that is longer ends a burst; the firmware waits for 150 us."""
 _HANDLER_US = 15.0
 _BEHIND_NS = 100e3
-_EARLY_NS = 5e3
+_EARLY_NS, _LATE_NS = 5e3, 100e3
+"""How far from where it has to look the outputs are written; other bytes take their time, too."""
 _FAILSAFE_LATE_NS = 20e6
 _PATIENCE_US = (180.0, 124.0)
 """How long the firmware waits for what is to complete a frame: once, and for each byte."""
@@ -118,7 +119,7 @@ def one_block(pico: Pico, outputs: Outputs, listener: Listener, block: Sequence[
         end = pico.wire.send(data, end + pause_us * 1e3)
         for looked_us, pulses in listener.controls:
             at = end + (looked_us - listener.now_us) * 1e3
-            outputs.now_due(at - _EARLY_NS, at + SOON_NS, f"of {data.hex()}", pulses)
+            outputs.now_due(at - _EARLY_NS, at + _LATE_NS, f"of {data.hex()}", pulses)
         listener.controls.clear()
     equal(controls, 1, "the model did not decode the intact frame", case)
     pico.board.run_for(end + _BEHIND_NS - pico.board.now_ns)
