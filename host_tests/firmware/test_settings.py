@@ -15,7 +15,6 @@ from ghst_tools.campaign.power import (
     BROKEN,
     CASES,
     DEVICE,
-    LARGE,
     NEW,
     OLD,
     PATHS,
@@ -154,7 +153,7 @@ def test_a_cut_file_system_boots_and_goes_on(
     cut.boot()
     rest = FlashLog(cut)
     code = "from firmware.settings import Settings\nsettings = Settings()\nsettings.load()\n"
-    shown = "print(settings.get('vtx', 'power'), settings.error)"
+    shown = "print(settings.get('vtx', 'vtx_power'), settings.error)"
     assert cut.exec(code + shown) == "3 None\n"
     assert rest.writes == []
     assert cut.exec(f"settings.poll(False)\nsettings.poll(True)\n{shown}") == "3 None\n"
@@ -171,7 +170,7 @@ def test_nothing_is_written_while_it_is_not_safe_or_not_asked_for(
     log.restart()
     board.exec(
         "settings = Settings()\nsettings.load()\nsettings.poll(True)\n"
-        "settings.set('vtx', 'power', 3)\nsettings.poll(True)\n"
+        "settings.set('vtx', 'vtx_power', 3)\nsettings.poll(True)\n"
         "settings.request_save()\nsettings.poll(False)\n"
     )
     assert log.writes == []
@@ -190,7 +189,7 @@ def test_a_full_flash_is_told_and_the_old_file_stays(
     board = Board(micropython_image, fill(files, size))
     board.boot()
     board.exec("from firmware.settings import Settings")
-    said = save(board, LARGE)
+    said = save(board, {"texts": {str(n): 900 * "a" for n in range(5)}})
     assert said == "False False /ghst.json was not saved: the flash is full"
     # What was begun is removed when it is safe, and the old file is as it was.
     printed = board.exec(
@@ -223,7 +222,7 @@ def test_saving_takes_no_longer_than_interrupts_may_stand_still(
 ) -> None:
     put(board, {"/ghst.json": json.dumps(OLD).encode()})
     printed = board.exec(
-        "settings = Settings()\nsettings.load()\nsettings.set('vtx', 'power', 3)\n"
+        "settings = Settings()\nsettings.load()\nsettings.set('vtx', 'vtx_power', 3)\n"
         "settings.request_save()\nbegun_ms = time.ticks_ms()\nsettings.poll(True)\n"
         "print(time.ticks_diff(time.ticks_ms(), begun_ms))"
     )

@@ -83,11 +83,17 @@ class Pico:
         self._filesystem_size = filesystem_size
 
     def _power_on(self, files: dict[str, bytes], until: bytes) -> None:
-        self._connect(files)
+        self.boot_from(self._built(files), until)
+
+    def _built(self, files: dict[str, bytes]) -> bytes:
+        return littlefs.build(files, self._filesystem_size)
+
+    def boot_from(self, filesystem: bytes, until: bytes) -> None:
+        """Start with this file system, whatever is in it."""
+        self._connect(filesystem)
         self.board.boot(until=until)
 
-    def _connect(self, files: dict[str, bytes]) -> None:
-        filesystem = littlefs.build(files, self._filesystem_size)
+    def _connect(self, filesystem: bytes) -> None:
         self.board = Board(self._image, filesystem)
         self.wire = self._connect_wire()
         # When the board begins and ceases to drive the Ghost wire.
@@ -143,7 +149,7 @@ class Pico:
 
         `files`: more files than the firmware's; there is no ghst.json but one of them.
         """
-        self._connect(self._files | files)
+        self._connect(self._built(self._files | files))
         receiver = GhostReceiver(self.wire, frames, rate_hz=rate_hz)
         receiver.start(0.0)
         return receiver

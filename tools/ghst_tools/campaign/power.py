@@ -12,15 +12,37 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ghst_tools import boards, filesystem
+from ghst_tools.campaign.cut_starts import start
+from ghst_tools.campaign.picos import Picos, forked
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, equal, expect
 from ghst_tools.emulator import Board
 from ghst_tools.emulator.flash_log import FlashLog
 
 PATHS = ("/ghst.json", "/ghst.json.new", "/ghst.json.broken")
-OLD = {"vtx": {"power": 1, "band": 5}}
-NEW = {"vtx": {"power": 3, "band": 5}}
-LARGE = {"texts": {str(n): chr(ord("a") + n) * 900 for n in range(5)}}
+OLD = {"vtx": {"vtx_power": 1, "vtx_band": 5}, "failsafe": {"time_ms": 300}}
+NEW = {"vtx": {"vtx_power": 3, "vtx_band": 5}, "failsafe": {"time_ms": 400}}
+# More than a block of the flash: all there is to say about outputs, eight of them in use.
+_OUTPUT = {
+    "reverse": False,
+    "minimum_us": None,
+    "centre_us": None,
+    "maximum_us": None,
+    "subtrim_us": 0,
+    "deadband_us": 0,
+    "slow_us_per_s": 0,
+    "failsafe": "none",
+    "frequency_hz": 50,
+    "motor": False,
+    "threshold_us": 1500,
+    "hysteresis_us": 50,
+}
+LARGE = {
+    "outputs": {
+        str(pin): {"kind": "servo" if pin < 14 else "unused", "channel": pin - 5} | _OUTPUT
+        for pin in range(6, 22)
+    }
+}
 BROKEN = b'{"vtx": {"power": 1'
 # For a board at the prompt.
 DEVICE = """
@@ -38,20 +60,25 @@ def put(path, content):
 
 
 class Save(NamedTuple):
-    """What there is before a save, what is saved, and what there is until the save counts.
+    """The files before a save, what it changes, and the settings until the save counts.
 
     `old` None: nothing but an error.
     """
 
     before: Mapping[str, bytes]
-    new: dict[str, Any]
+    changes: dict[str, Any]
     old: dict[str, Any] | None
+
+    @property
+    def new(self) -> dict[str, Any]:
+        """The settings from then on."""
+        return (self.old or {}) | self.changes
 
 
 CASES = {
     "first": Save({}, OLD, {}),
     "change": Save({"/ghst.json": json.dumps(OLD).encode()}, NEW, OLD),
-    "large": Save({"/ghst.json": json.dumps(LARGE).encode()}, LARGE | NEW, LARGE),
+    "large": Save({"/ghst.json": json.dumps(LARGE).encode()}, NEW, LARGE),
     "broken": Save({"/ghst.json": BROKEN}, NEW, None),
     "left over": Save(
         {"/ghst.json": json.dumps(OLD).encode(), "/ghst.json.new": BROKEN}, NEW, OLD
@@ -114,22 +141,38 @@ def settings_in(folder: Path, files: dict[str, bytes]) -> Any:
     return settings
 
 
-def cut_at_each_write(board: Board, log: FlashLog, folder: Path, name: str) -> int:
+class Cut(NamedTuple):
+    """A file system that a cut has left, and what this machine reads there."""
+
+    image: bytes
+    values: dict[str, Any]
+    error: str | None
+
+
+def cut_at_each_write(
+    board: Board, log: FlashLog, folder: Path, name: str
+) -> tuple[int, list[Cut]]:
     """Save as the case `name` says; the file systems of all cuts have the old file or the new one.
 
-    `folder`: for files of this machine. How many cuts there were.
+    `folder`: for files of this machine. How many cuts there were, and the first with each set of
+    files.
     """
-    before, new, old = CASES[name]
+    before, changes, old = CASES[name]
+    new = CASES[name].new
     put(board, before)
     log.restart()
+    first: dict[tuple[tuple[str, bytes], ...], Cut] = {}
     others = {p: c for p, c in filesystem.read(log.start).items() if p not in PATHS}
-    equal(save(board, new), "False True None", "what the save says")
+    equal(save(board, changes), "False True None", "what the save says")
     seen = []
     for image in log.cuts():
         found = filesystem.read(image)
         equal({p: c for p, c in found.items() if p not in PATHS}, others, "other files")
-        settings = settings_in(folder, files_of(image))
+        files = files_of(image)
+        settings = settings_in(folder, files)
         values = settings._sections
+        error = settings.error and settings.error.replace(str(folder), "")
+        first.setdefault(tuple(files.items()), Cut(image, values, error))
         if old is None and settings.error is not None:
             seen.append("old")
             equal((values, found["/ghst.json"]), ({}, BROKEN), "a broken file before")
@@ -156,24 +199,39 @@ def cut_at_each_write(board: Board, log: FlashLog, folder: Path, name: str) -> i
     equal(json.loads(final.pop("/ghst.json")), new, "the file at the end")
     left = {"/ghst.json.broken": BROKEN} if before.get("/ghst.json") == BROKEN else {}
     equal(final, left, "other files at the end")
-    return len(seen)
+    return len(seen), list(first.values())
+
+
+def cut_and_start(picos: Picos, name: str) -> tuple[int, list[str]]:
+    """Save as a case says, and start a board from the first cut with each set of files.
+
+    How many cuts there were, and what each start was like.
+    """
+    board = Board(picos.image, filesystem.build(picos.files, picos.filesystem_size))
+    board.boot(until=b"link: searching")
+    board.exec(DEVICE)
+    with tempfile.TemporaryDirectory() as folder:
+        count, cuts = cut_at_each_write(board, FlashLog(board), Path(folder), name)
+    starts = []
+    for cut in cuts:
+        sizes = [f"{path[1:]} {len(data)} bytes" for path, data in files_of(cut.image).items()]
+        files = ", ".join(sizes) or "no file"
+        starts.append(f"with {files}: {forked(partial(start, picos, *cut))}")
+    return count, starts
 
 
 def _row(setting: Setting, name: str) -> list[Row]:
-    picos = setting.picos
-    files = {path: content for path, content in picos.files.items() if path != "/main.py"}
-    board = Board(picos.image, filesystem.build(files, picos.filesystem_size))
-    board.boot()
-    board.exec(DEVICE)
-    with tempfile.TemporaryDirectory() as folder:
-        count = cut_at_each_write(board, FlashLog(board), Path(folder), name)
+    count, starts = cut_and_start(setting.picos, name)
     return [
         Row(
             "power cut while saving",
             f'case "{name}", {count} cuts: before the first write to the flash, then half, some '
             "bits and all of each",
-            "the old file or the new one each time, whole, nothing else changed; once new, always "
-            "new; the next safe moment puts in order what is left",
+            "all cuts read on the host, by the firmware's settings module there: the old file or "
+            "the new one each time, whole, nothing else changed; once new, always new; the next "
+            "safe moment puts in order what is left. The emulated board, with main.py, started "
+            f"from the first cut with each of {len(starts)} different sets of files, and left no "
+            f"ghst.json.new: {'; '.join(starts)}",
         )
     ]
 
