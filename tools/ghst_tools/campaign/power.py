@@ -23,7 +23,7 @@ PATHS = ("/ghst.json", "/ghst.json.new", "/ghst.json.broken")
 OLD = {"vtx": {"vtx_power": 1, "vtx_band": 5}, "failsafe": {"time_ms": 300}}
 NEW = {"vtx": {"vtx_power": 3, "vtx_band": 5}, "failsafe": {"time_ms": 400}}
 # More than a block of the flash: all there is to say about outputs, eight of them in use.
-_OUTPUT = {
+_OUTPUT: dict[str, Any] = {
     "reverse": False,
     "minimum_us": None,
     "centre_us": None,
