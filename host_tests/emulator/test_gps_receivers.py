@@ -33,12 +33,19 @@ def test_what_an_epoch_looks_like() -> None:
     assert nmea_epoch(HERE, 33_435_230, "GN") == [
         b"$GNRMC,091715.23,A,4722.61431,N,00832.50339,W,23.995,271.26,130726,,,A*5A\r\n",
         b"$GNVTG,271.26,T,,M,23.995,N,44.438,K,A*28\r\n",
-        b"$GNGGA,091715.23,4722.61431,N,00832.50339,W,1,09,0.9,432.0,M,47.9,M,,*62\r\n",
+        b"$GNGGA,091715.23,4722.61431,N,00832.50339,W,1,09,0.90,432.0,M,47.9,M,,*52\r\n",
         b"$GNGSA,A,3,01,02,03,04,05,06,07,08,09,,,,1.37,0.90,1.10*11\r\n",
+        b"$GNGSA,A,1,,,,,,,,,,,,,1.37,0.90,1.10*12\r\n",
     ]
+    many = nmea_epoch(HERE._replace(satellites=14), 0)
+    assert many[3:] == [
+        sentence("GPGSA,A,3,01,02,03,04,05,06,07,08,09,10,11,12,1.37,0.90,1.10"),
+        sentence("GPGSA,A,3,13,14,,,,,,,,,,,1.37,0.90,1.10"),
+    ]
+    assert len(nmea_epoch(HERE, 0, gsa=False)) == 3
     nowhere = nmea_epoch(HERE._replace(fix=0, satellites=0), 0)
     assert nowhere[0] == sentence("GPRMC,000000.00,V,,,,,,,130726,,,N")
-    assert nowhere[2] == sentence("GPGGA,000000.00,,,,,0,00,0.9,,,,,,")
+    assert nowhere[2] == sentence("GPGGA,000000.00,,,,,0,00,0.90,,,,,,")
 
 
 def test_what_a_navigation_solution_looks_like() -> None:
@@ -50,4 +57,8 @@ def test_what_a_navigation_solution_looks_like() -> None:
     assert tuple(payload[20:24]) == (3, 1, 0, 9)
     assert struct.unpack_from("<iiii", payload, 24) == (-85417231, 473769052, 479887, 431987)
     assert struct.unpack_from("<ii", payload, 60) == (12344, 27126000)
-    assert struct.unpack_from("<H", payload, 76) == (137,)
+    assert struct.unpack_from("<II", payload, 40) == (1600, 2400)
+    assert struct.unpack_from("<HB", payload, 76) == (137, 0)
+    payload = nav_pvt(HERE._replace(fix=0, valid=False), 0)[6:-2]
+    assert struct.unpack_from("<II", payload, 40) == (0xFFFFFFFF,) * 2
+    assert payload[78] == 1

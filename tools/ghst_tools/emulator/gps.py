@@ -29,8 +29,8 @@ _KEY_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8}
 class NmeaGps:
     """A receiver that sends RMC, VTG, GGA and GSA, and understands nothing.
 
-    `baud` and `period_ms` may be changed at any time. What does not fit into a period is left out
-    of the next one.
+    `baud`, `period_ms`, `talker` and `gsa`, whether it sends GSA, may be changed at any time. What
+    does not fit into a period is left out of the next one.
     """
 
     def __init__(
@@ -42,13 +42,15 @@ class NmeaGps:
         baud: int = 9600,
         period_ms: int = 1000,
         talker: str = "GP",
+        gsa: bool = True,
     ) -> None:
-        """`peer`: `board.uart(n)`; `clock`: `board.clock`."""
+        """`peer`: `board.uart(n)`; `clock`: `board.clock`; `talker`: see `nmea_epoch`."""
         self.peer = peer
         self.path = path
         self.baud = baud
         self.period_ms = period_ms
         self.talker = talker
+        self.gsa = gsa
         self.sent: list[tuple[float, Place]] = []
         self.running = False
         self._clock = clock
@@ -75,7 +77,7 @@ class NmeaGps:
             self.peer.send(message, self.baud)
 
     def _messages(self, place: Place, time_ms: int) -> list[bytes]:
-        return nmea_epoch(place, time_ms, self.talker)
+        return nmea_epoch(place, time_ms, self.talker, gsa=self.gsa)
 
 
 class UbloxGps(NmeaGps):
@@ -105,7 +107,10 @@ class UbloxGps(NmeaGps):
         `fixed_baud`: acknowledges a new baud rate and does not take it.
         """
         self._default_baud = baud or (9600 if generation < 9 else 38_400)
-        super().__init__(peer, clock, path, baud=self._default_baud, period_ms=period_ms)
+        # From series 8 on it hears several satellite systems.
+        super().__init__(
+            peer, clock, path, baud=self._default_baud, period_ms=period_ms, talker="GN"
+        )
         self.generation = generation
         self.outputs = outputs
         self.pvt = pvt
