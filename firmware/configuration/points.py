@@ -112,7 +112,7 @@ SECTIONS = {
         Whole("uart", 0, 0, 2, "", "The UART that the GPS is connected to."),
         Pin("tx_pin", None, "uart{uart} tx", "To RX of the GPS."),
         Pin("rx_pin", None, "uart{uart} rx", "To TX of the GPS."),
-        Whole("minimum_satellites", 6, 4, 32, "", "Home is set by the first 3D fix of this many."),
+        Whole("minimum_satellites", 6, 4, 32, "", "Home is the first good 3D fix of this many."),
         Flag("configure", True, "Whether a u-blox is set to ten solutions a second."),
     ),
     "i2c": (

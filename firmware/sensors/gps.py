@@ -32,8 +32,9 @@ class Gps:
     and `course_decideg` (0..3599) over ground, `satellites`, `pdop_centi` (0.01).
     `fix`: whether there is a position now, at most 2 s old; `fix_3d`: in three dimensions.
     `home_fix`: whether home is known; `home_distance_m`, `home_direction_decideg` (0..3599, where
-    home lies seen from here). Home is the first position in three dimensions from enough
-    satellites, not above a PDOP of 5.00.
+    home lies seen from here). Home is the last of the first five good positions in a row: in
+    three dimensions, from enough satellites, not above a PDOP of 5.00, and with UBX not less
+    exact than 10 m. Of a receiver that tells no PDOP for seconds, HDOP counts, up to 2.50.
     `updates`: solutions so far, `faults`: sentences and frames that were broken or made no sense,
     and how often the receiver was lost, both modulo 2^30. `baudrate`: None while it is searched
     for; `protocol`: "NMEA", "UBX", None before the first solution.

@@ -8,12 +8,12 @@ try:
 except ImportError:
     from ghst._host import const, micropython, ptr32
 
-from firmware.sensors.geodesy import distance_and_direction
 from firmware.sensors.gps_port import GpsPort
 from firmware.sensors.gps_solution import (
     ALT_M,
     COURSE_DECIDEG,
     FIX,
+    GOOD,
     LAT_E7,
     PDOP_CENTI,
     SATELLITES,
@@ -33,7 +33,7 @@ _CHECK_MS = const(20)  # everything but reading
 _FIX_MS = const(2000)  # a solution is good for so long
 _PVT_MS = const(2000)  # so soon after NAV-PVT, NMEA does not count
 
-_HIGHEST_HOME_PDOP_CENTI = const(500)
+_GOOD_FOR_HOME = const(5)  # solutions in a row: the first ones jump about
 _COUNTER_MASK = const(0x3FFFFFFF)
 
 
@@ -52,14 +52,15 @@ class GpsReader:
         self._uart = uart
         self.port = GpsPort(uart)
         self._configure = configure
-        # UBX and the set-up are loaded for the first receiver that is found.
-        self._ubx = self._setup = None
+        # UBX, the set-up and the way home are loaded for the first receiver that is found.
+        self._ubx = self._setup = self._way_home = None
         self._connected = False
         self._solution = empty()
         self._nmea = Nmea(self._solution)
         self._to_home = array("i", (0, 0))
         self._pvt_ms = self._checked_ms = self._solution_ms = 0
         self._fresh = False
+        self._good = 0  # solutions in a row
 
     @micropython.native
     def update(self, now_ms):
@@ -96,6 +97,7 @@ class GpsReader:
                 port.change(baudrate)
         if self._fresh and ticks_diff(now_ms, self._solution_ms) > _FIX_MS:
             self._fresh = False
+            self._good = 0
             self._gps.forget()
 
     def _fault(self, count):
@@ -103,8 +105,10 @@ class GpsReader:
 
     def _load(self):
         from firmware.sensors import ubx
+        from firmware.sensors.geodesy import distance_and_direction
 
         self._ubx = ubx
+        self._way_home = distance_and_direction
         if self._configure:
             from firmware.sensors.gps_setup import UbloxSetup
 
@@ -167,16 +171,15 @@ class GpsReader:
         points = gps.points
         if fix:
             _copy(solution, LAT_E7, points, 0)
-        if (
-            fix == 3
-            and not gps.home_fix
-            and solution[SATELLITES] >= gps.minimum_satellites
-            and solution[PDOP_CENTI] <= _HIGHEST_HOME_PDOP_CENTI
-        ):
+        if not solution[GOOD] or solution[SATELLITES] < gps.minimum_satellites:
+            self._good = 0
+        elif self._good < _GOOD_FOR_HOME:
+            self._good += 1
+        if self._good == _GOOD_FOR_HOME and not gps.home_fix:
             _copy(points, 0, points, 2)
             gps.home_fix = True
         if fix and gps.home_fix:
-            distance_and_direction(points, self._to_home)
+            self._way_home(points, self._to_home)
             gps.home_distance_m = self._to_home[0]
             gps.home_direction_decideg = self._to_home[1]
         else:

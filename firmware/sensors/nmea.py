@@ -15,10 +15,12 @@ try:
 except ImportError:
     from ghst._host import const, micropython, ptr32
 
+from firmware.sensors.gps_accuracy import Accuracy
 from firmware.sensors.gps_solution import (
     ALT_M,
     COURSE_DECIDEG,
     FIX,
+    GOOD,
     HIGHEST_ALT_M,
     LOWEST_ALT_M,
     PDOP_CENTI,
@@ -41,7 +43,7 @@ from firmware.sensors.nmea_fields import (
 )
 from ghst.schedule import ticks_diff
 
-# How long a value of GSA or VTG, which carry no time, stands for later solutions.
+# VTG has no time: how long it stands for later solutions.
 _FRESH_MS = const(2500)
 # So many of one kind without the other: this receiver sends no other.
 _ALONE = const(3)
@@ -60,14 +62,16 @@ class Nmea:
     """Joins the sentences of one moment to a solution.
 
     GGA and RMC of the same time make one, in either order; of a receiver that sends only one of
-    them each is one. GSA tells two from three dimensions; without it there are three from four
-    satellites and an altitude on. VTG counts where RMC has no speed or course.
+    them each is one. GSA tells two from three dimensions; of a receiver that sends none for
+    seconds there are three from four satellites and an altitude on. VTG counts where RMC has no
+    speed or course.
     """
 
     def __init__(self, solution):
         """`solution`: from `gps_solution.empty`, written whenever `feed` returns True."""
         self._errors = 0
         self._solution = solution
+        self._accuracy = Accuracy()
         self._starts = bytearray(MOST_FIELDS + 1)
         self._gga_position = array("i", (0, 0))
         self._rmc_position = array("i", (0, 0))
@@ -79,12 +83,12 @@ class Nmea:
         self._rmc_waits = self._rmc_fix = False
         self._gga_alone = self._rmc_alone = 0
         self._gga_time = self._rmc_time = UNKNOWN
-        self._alt_m = self._satellites = UNKNOWN
+        self._alt_m = self._satellites = self._hdop_centi = UNKNOWN
         self._speed_cm_s = self._course_decideg = UNKNOWN
-        self._vtg_known = self._gsa_known = False
-        self._vtg_ms = self._gsa_ms = 0
+        self._vtg_known = False
+        self._vtg_ms = 0
         self._vtg_speed_cm_s = self._vtg_course_decideg = UNKNOWN
-        self._dimensions = self._pdop_centi = UNKNOWN
+        self._accuracy.reset()
 
     @micropython.native
     def feed(self, sentence, length, now_ms):
@@ -108,9 +112,7 @@ class Nmea:
             self._vtg_known = ok
             self._vtg_ms = now_ms
         else:
-            ok = fields >= 16 and self._read_gsa(sentence)
-            self._gsa_known = ok
-            self._gsa_ms = now_ms
+            ok = fields >= 16 and self._read_gsa(sentence, now_ms)
         if not ok:
             self._errors += 1
             return False
@@ -149,21 +151,18 @@ class Nmea:
         with_rmc = self._rmc_waits
         alt_m = self._alt_m if with_gga else UNKNOWN
         satellites = self._satellites if with_gga else UNKNOWN
-        if self._gsa_known and ticks_diff(now_ms, self._gsa_ms) > _FRESH_MS:
-            self._gsa_known = False
+        accuracy = self._accuracy
+        fix = accuracy.dimensions(satellites, alt_m, now_ms)
         if (with_gga and not self._gga_fix) or (with_rmc and not self._rmc_fix):
             fix = 0
-        elif self._gsa_known:
-            # Receivers send GSA behind GGA: at the first fix it may still say that there is none.
-            fix = 3 if self._dimensions == 3 else 2
-        else:
-            fix = 3 if satellites >= 4 and alt_m != UNKNOWN else 2
         solution[FIX] = fix
         if fix:
             _copy_position(self._gga_position if with_gga else self._rmc_position, solution)
         solution[ALT_M] = alt_m if fix else UNKNOWN
         solution[SATELLITES] = satellites
-        solution[PDOP_CENTI] = self._pdop_centi if self._gsa_known else UNKNOWN
+        solution[PDOP_CENTI] = accuracy.pdop_centi
+        hdop_centi = self._hdop_centi if with_gga else UNKNOWN
+        solution[GOOD] = fix == 3 and accuracy.good(hdop_centi)
         speed_cm_s = self._speed_cm_s if with_rmc else UNKNOWN
         course_decideg = self._course_decideg if with_rmc else UNKNOWN
         if self._vtg_known and ticks_diff(now_ms, self._vtg_ms) > _FRESH_MS:
@@ -188,8 +187,10 @@ class Nmea:
         starts = self._starts
         where = position(sentence, starts, 2, self._gga_position)
         self._gga_time = number(sentence, starts, 1, 3)
+        self._accuracy.moment(self._gga_time)
         quality = _within(number(sentence, starts, 6, 0), 0, 9)
         self._satellites = _within(number(sentence, starts, 7, 0), 0, 255)
+        self._hdop_centi = number(sentence, starts, 8, 2)
         self._alt_m = _within(number(sentence, starts, 9, 0), LOWEST_ALT_M, HIGHEST_ALT_M)
         # 6 is dead reckoning, 7 typed in by hand, 8 a simulation.
         self._gga_fix = 1 <= quality <= 5
@@ -202,6 +203,7 @@ class Nmea:
         starts = self._starts
         where = position(sentence, starts, 3, self._rmc_position)
         self._rmc_time = number(sentence, starts, 1, 3)
+        self._accuracy.moment(self._rmc_time)
         knots_e3 = _within(number(sentence, starts, 7, 3), 0, _HIGHEST_SPEED_KNOTS_E3)
         self._speed_cm_s = cm_s_from_knots(knots_e3) if knots_e3 >= 0 else knots_e3
         self._course_decideg = self._course(sentence, 8)
@@ -225,10 +227,13 @@ class Nmea:
         return min(km_h_e3, self._vtg_course_decideg) != WRONG
 
     @micropython.native
-    def _read_gsa(self, sentence):
-        self._dimensions = number(sentence, self._starts, 2, 0)
-        self._pdop_centi = _within(number(sentence, self._starts, 15, 2), 0, _LARGEST_PDOP_CENTI)
-        return 1 <= self._dimensions <= 3 and self._pdop_centi != WRONG
+    def _read_gsa(self, sentence, now_ms):
+        dimensions = number(sentence, self._starts, 2, 0)
+        pdop_centi = _within(number(sentence, self._starts, 15, 2), 0, _LARGEST_PDOP_CENTI)
+        if not 1 <= dimensions <= 3 or pdop_centi == WRONG:
+            return False
+        self._accuracy.add(dimensions, pdop_centi, now_ms)
+        return True
 
 
 @micropython.native

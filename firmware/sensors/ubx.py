@@ -17,7 +17,9 @@ from firmware.sensors.gps_solution import (
     ALT_M,
     COURSE_DECIDEG,
     FIX,
+    GOOD,
     HIGHEST_ALT_M,
+    HIGHEST_PDOP_CENTI,
     HIGHEST_SPEED_CM_S,
     LAT_E7,
     LON_E7,
@@ -57,8 +59,13 @@ _UART1 = const(1)
 _MODE_8N1 = const(0x8D0)
 # Series 7 sends 84 bytes, later ones 92.
 _SHORTEST_PVT = const(84)
+_LONG_PVT = const(92)
 _WITH_DEAD_RECKONING = const(4)
 _FIX_OK = const(1)  # within the limits of accuracy that the receiver was given
+_INVALID_POSITION = const(1)
+# hAcc of a position for home. The distance home is sent in steps of 10 m: home is right to a step.
+# Under an open sky receivers say 1 to 3 m, in their first seconds 20 m and more.
+_WORST_ACCURACY_MM = const(10_000)
 
 
 @micropython.viper
@@ -142,6 +149,9 @@ def read_pvt(frame: ptr8, length: int, solution: ptr32) -> int:
         fix = 3
     if not frame[25] & _FIX_OK or fix < 2 or fix > 3:
         fix = 0
+    # What is reserved in the short one.
+    if length >= _LONG_PVT and frame[82] & _INVALID_POSITION:
+        fix = 0
     quarter = 900000000  # 1.8e9 would be no small integer
     from_greenwich = longitude_e7 if longitude_e7 >= 0 else 0 - longitude_e7
     if fix and (
@@ -169,5 +179,12 @@ def read_pvt(frame: ptr8, length: int, solution: ptr32) -> int:
         solution[int(SPEED_CM_S)] = unknown
         solution[int(COURSE_DECIDEG)] = unknown
     solution[int(SATELLITES)] = frame[27]
-    solution[int(PDOP_CENTI)] = frame[80] | frame[81] << 8
+    pdop_centi = frame[80] | frame[81] << 8
+    solution[int(PDOP_CENTI)] = pdop_centi
+    accuracy_mm = frame[44] | frame[45] << 8 | frame[46] << 16
+    good = 0
+    if fix == 3 and pdop_centi <= int(HIGHEST_PDOP_CENTI):
+        if frame[47] == 0 and accuracy_mm <= _WORST_ACCURACY_MM:
+            good = 1
+    solution[int(GOOD)] = good
     return 1

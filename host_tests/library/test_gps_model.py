@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from firmware.sensors.geodesy import distance_and_direction
 from firmware.sensors.gps import Gps
-from firmware.sensors.gps_solution import UNKNOWN
+from firmware.sensors.gps_solution import UNKNOWN, empty
 from firmware.sensors.gps_stream import SENTENCE, Stream
 from firmware.sensors.nmea import Nmea
 from firmware.sensors.nmea_fields import WRONG, number, position, split
@@ -146,9 +146,11 @@ PLACES = st.builds(
     alt_m=st.floats(-400, 9000),
     speed_m_s=st.floats(0, 300),
     course_deg=st.floats(0, 359.9),
-    satellites=st.integers(3, 12),
+    satellites=st.integers(3, 30),
     fix=st.sampled_from((2, 3)),
     pdop=st.floats(0.5, 20),
+    hdop=st.floats(0.5, 20),
+    h_acc_m=st.floats(0.5, 4_000_000),
 )
 
 
@@ -157,7 +159,7 @@ PLACES = st.builds(
     place=PLACES, time_ms=st.integers(0, 86_399_990), talker=st.sampled_from(("GP", "GN", "GL"))
 )
 def test_what_a_receiver_sends_is_what_it_saw(place: Place, time_ms: int, talker: str) -> None:
-    solution = array("i", [0] * 8)
+    solution = empty()
     nmea = Nmea(solution)
     data = b"".join(nmea_epoch(place, 0, talker) + nmea_epoch(place, time_ms, talker))
     stream = Stream()
@@ -167,8 +169,9 @@ def test_what_a_receiver_sends_is_what_it_saw(place: Place, time_ms: int, talker
         while stream.next():
             nmea.feed(stream.frame, stream.length, 0)
     assert stream.take_errors() == nmea.take_errors() == 0
-    fix, lat_e7, lon_e7, alt_m, speed_cm_s, course_decideg, satellites, pdop_centi = solution
+    fix, lat_e7, lon_e7, alt_m, speed_cm_s, course_decideg, satellites, pdop_centi, good = solution
     assert (fix, satellites) == (place.fix, place.satellites)
+    assert good == (fix == 3 and pdop_centi <= 500)
     # It sends 1e-5 minutes, 0.1 m, thousandths of a knot, 0.01 degrees.
     assert abs(lat_e7 - place.lat_deg * 1e7) <= 1.4
     assert abs(lon_e7 - place.lon_deg * 1e7) <= 1.4

@@ -11,7 +11,7 @@ import math
 import pytest
 from gps_bench import BAUDRATES, HERE, NMEA_VALUES, NOTHING, UBX_VALUES, Bench, values
 
-from ghst_tools.emulator.gps_messages import nav_pvt
+from ghst_tools.emulator.gps_messages import Place, nav_pvt
 
 
 @pytest.mark.parametrize("period_ms", [100, 200, 1000])
@@ -124,9 +124,9 @@ def test_one_that_forgets_all_but_its_baud_rate() -> None:
 def test_silence_ends_the_fix_after_two_seconds() -> None:
     bench = Bench()
     receiver = bench.nmea()
-    bench.run(5)
+    bench.run(6)
     receiver.stop()
-    bench.until("gps.updates == 5", 1)
+    bench.until("gps.updates == 6", 1)
     bench.until("not gps.fix", 3)
     assert 1.99 < (bench.clock.nanos - receiver.sent[-1][0]) / 1e9 < 2.5
     assert values(bench.gps) == NOTHING
@@ -162,12 +162,16 @@ def test_home_is_the_first_good_position() -> None:
         HERE._replace(satellites=6, lat_deg=2),
         HERE._replace(pdop=5.01, lat_deg=3),
         HERE._replace(fix=0, lat_deg=4),
+        HERE._replace(h_acc_m=10.001, lat_deg=5),
+        HERE._replace(h_acc_m=1000.0, lat_deg=6),
+        HERE._replace(valid=False, lat_deg=7),
     ):
         bench.place = bad
         bench.run(7 if bench.gps.baudrate is None else 1)
         assert bench.gps.updates
+        assert bench.gps.fix is (bad.fix > 0 and bad.valid)
         assert (bench.gps.home_fix, bench.gps.home_distance_m) == (False, None)
-    bench.place = HERE._replace(satellites=7, pdop=5.0)
+    bench.place = HERE._replace(satellites=7, pdop=5.0, h_acc_m=10.0)
     bench.run(1)
     assert (bench.gps.home_fix, bench.gps.home_distance_m) == (True, 0)
     # 1 km to the north: home lies in the south. It does not get better by better positions.
@@ -186,10 +190,100 @@ def test_home_is_the_first_good_position() -> None:
     assert (bench.gps.home_fix, bench.gps.home_distance_m) == (True, 0)
 
 
+def test_home_is_the_fifth_good_position_in_a_row() -> None:
+    bench = Bench()
+    bench.ublox(baud=115200, pvt=True, outputs=1, period_ms=100)
+    nowhere = bench.place = HERE._replace(fix=0)
+    bench.until("gps.protocol == 'UBX'", 7)
+    bench.run(3)
+
+    def see(count: int, place: Place) -> None:
+        # It is set before a solution is made, and seen after it has come.
+        bench.place = place
+        updates = bench.gps.updates
+        while bench.gps.updates - updates < count:
+            bench.round()
+        bench.place = nowhere
+
+    for _ in range(3):
+        see(4, HERE._replace(lat_deg=40))
+        assert (bench.gps.fix_3d, bench.gps.home_fix) == (True, False)
+        see(1, HERE._replace(lat_deg=40, h_acc_m=12.0))
+        assert (bench.gps.fix_3d, bench.gps.home_fix) == (True, False)
+    see(4, HERE._replace(lat_deg=41))
+    assert not bench.gps.home_fix
+    see(1, HERE)
+    assert bench.gps.home_fix
+    # 40 to 41 degrees were no home.
+    assert bench.gps.home_distance_m == 0
+
+
+def test_good_positions_before_a_silence_do_not_count() -> None:
+    bench = Bench(configure=False)
+    receiver = bench.nmea()
+    bench.until("gps.updates == 4", 10)
+    assert (bench.gps.fix_3d, bench.gps.home_fix) == (True, False)
+    receiver.stop()
+    bench.until("not gps.fix", 4)
+    receiver.start()
+    bench.until("gps.updates == 8", 6)
+    assert not bench.gps.home_fix
+    bench.until("gps.home_fix", 2)
+
+
+@pytest.mark.parametrize("talker", ["GP", "GN"])
+@pytest.mark.parametrize("satellites", [6, 17, 30])
+@pytest.mark.parametrize(("baud", "period_ms"), [(9600, 1000), (115200, 100)])
+def test_home_by_nmea_of_any_number_of_systems(
+    talker: str, satellites: int, baud: int, period_ms: int
+) -> None:
+    bench = Bench()
+    bench.place = HERE._replace(satellites=satellites)
+    bench.nmea(talker=talker, baud=baud, period_ms=period_ms)
+    bench.until("gps.home_fix", 14)
+    assert (bench.gps.fix_3d, bench.gps.pdop_centi) == (True, 140)
+    assert bench.gps.satellites == satellites
+
+
+@pytest.mark.parametrize("configure", [True, False])
+@pytest.mark.parametrize("generation", [8, 9, 10])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        HERE._replace(fix=2, pdop=18.0, hdop=9.0, h_acc_m=80.0),
+        HERE._replace(pdop=18.0, hdop=9.0, h_acc_m=80.0),
+        HERE._replace(fix=2),
+    ],
+)
+def test_no_home_from_a_poor_fix_whenever_the_receiver_is_plugged_in(
+    generation: int, configure: bool, bad: Place
+) -> None:
+    for tenths in range(0, 10, 3):
+        bench = Bench(configure=configure)
+        bench.place = bad
+        bench.run(tenths / 10)
+        bench.ublox(generation=generation)
+        bench.run(12)
+        assert (bench.gps.fix, bench.gps.home_fix) == (True, False)
+
+
+@pytest.mark.parametrize(("hdop", "home"), [(0.9, True), (2.5, True), (2.51, False), (9.9, False)])
+def test_home_of_a_receiver_without_gsa_by_hdop(hdop: float, home: bool) -> None:
+    bench = Bench()
+    bench.place = HERE._replace(hdop=hdop)
+    bench.nmea(gsa=False, baud=38400, period_ms=200)
+    bench.until("gps.fix", 7)
+    bench.run(2.5)
+    assert (bench.gps.fix_3d, bench.gps.home_fix) == (False, False)
+    bench.run(2)
+    assert (bench.gps.fix_3d, bench.gps.home_fix) == (True, home)
+    assert bench.gps.pdop_centi is None
+
+
 def test_home_outlasts_the_loss_of_the_receiver() -> None:
     bench = Bench(configure=False)
     receiver = bench.nmea(baud=38400)
-    bench.until("gps.home_fix", 7)
+    bench.until("gps.home_fix", 12)
     receiver.stop()
     bench.run(10)
     assert (bench.gps.home_fix, bench.gps.home_distance_m) == (True, None)

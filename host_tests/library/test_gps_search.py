@@ -35,7 +35,7 @@ def test_every_baud_rate_is_found(baud: int) -> None:
     assert bench.uart.baudrates == list(BAUDRATES[: BAUDRATES.index(baud) + 1])
     # One burst for each rate that is wrong, and the first one: nobody knows where it began.
     assert took_s < 1.3 + BAUDRATES.index(baud)
-    bench.run(3)
+    bench.run(6)
     assert values(bench.gps) == NMEA_VALUES
     assert bench.gps.faults == 0
     assert bench.gps.describe() == f"3D fix, 12 satellites, home 0 m, NMEA at {baud} baud"

@@ -35,6 +35,8 @@ PVT = {
     "speed_mm_s": 12_344,
     "course_e5": 271_26000,
     "pdop_centi": 137,
+    "h_acc_mm": 1600,
+    "flags_3": 0,
 }
 
 
@@ -59,7 +61,8 @@ def pvt(length=92, **values):
     # Above the ellipsoid, where it stands beside the one above mean sea level.
     struct.pack_into("<ii", payload, 32, value["alt_mm"] + 48_000, value["alt_mm"])
     struct.pack_into("<ii", payload, 60, value["speed_mm_s"], value["course_e5"])
-    struct.pack_into("<H", payload, 76, value["pdop_centi"])
+    struct.pack_into("<I", payload, 40, value["h_acc_mm"])
+    struct.pack_into("<HB", payload, 76, value["pdop_centi"], value["flags_3"])
     return ubx(0x01, 0x07, bytes(payload[:length]))
 
 

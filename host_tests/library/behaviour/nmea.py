@@ -18,7 +18,9 @@ GOOD_GGA = f"GPGGA,{TIME},{WHERE},1,09,0.9,431.9,M,48.0,M,,"
 GOOD_GSA = "GPGSA,A,3,01,02,03,04,05,06,07,08,09,,,,1.37,0.90,1.03"
 NO_FIX = "GPRMC,,V,,,,,,,,,,N", "GPGGA,,,,,,0,00,99.99,,,,,,"
 
-GOOD = [3, LAT_E7, LON_E7, 432, 1234, 2713, 9, 137]
+GOOD = [3, LAT_E7, LON_E7, 432, 1234, 2713, 9, 137, 1]
+# Without a GSA, and before it is known that none comes.
+FLAT = {"FIX": 2, "PDOP_CENTI": UNKNOWN, "GOOD": 0}
 NAMES = (
     "FIX",
     "LAT_E7",
@@ -28,6 +30,7 @@ NAMES = (
     "COURSE_DECIDEG",
     "SATELLITES",
     "PDOP_CENTI",
+    "GOOD",
 )
 
 
@@ -95,7 +98,7 @@ def each_sentence_counts_once():
 
 def without_a_fix():
     nothing = {name: UNKNOWN for name in ("ALT_M", "SPEED_CM_S", "COURSE_DECIDEG", "PDOP_CENTI")}
-    nothing["LAT_E7"] = nothing["LON_E7"] = 0
+    nothing["LAT_E7"] = nothing["LON_E7"] = nothing["GOOD"] = 0
     _solution(*NO_FIX, FIX=0, SATELLITES=0, **nothing)
     # A position that is not valid, as some repeat the last one.
     _solution(
@@ -130,17 +133,83 @@ def an_rmc_without_a_mode():
 
 def two_dimensions():
     flat = GOOD_GSA.replace("A,3,", "A,2,")
-    _solution(flat, GOOD_RMC, GOOD_GGA, FIX=2)
+    _solution(flat, GOOD_RMC, GOOD_GGA, FIX=2, GOOD=0)
     # Behind the others: of the moment before.
-    _solution(GOOD_GSA.replace("A,3,", "A,1,"), GOOD_RMC, GOOD_GGA, FIX=2)
+    _solution(GOOD_GSA.replace("A,3,", "A,1,"), GOOD_RMC, GOOD_GGA, FIX=2, GOOD=0)
+
+
+def several_satellite_systems():
+    used = GOOD_GSA.replace("1.37", "1.40")
+    others = GOOD_GSA, used, "GNGSA,A,1,,,,,,,,,,,,,,,", "GNGSA,A,1,,,,,,,,,,,,,99.99,99.99,99.99"
+    for first in range(4):
+        # In any order, and with the rest of their moment before, between and behind them.
+        gsa = others[first:] + others[:first]
+        _solution(*gsa, GOOD_RMC, GOOD_GGA)
+        _solution(GOOD_RMC, *gsa, GOOD_GGA)
+        receiver = _Receiver()
+        for second in range(20, 23):
+            rmc, gga = (text.replace(TIME, f"0917{second}.00") for text in (GOOD_RMC, GOOD_GGA))
+            done = receiver.feed(rmc, gga, *gsa)
+            equal(done, 1)
+        receiver.expect((GOOD_RMC, GOOD_GGA))
+        # Those of another moment count for themselves.
+        receiver.feed(GOOD_GSA.replace("A,3,", "A,2,"), GOOD_GSA.replace("A,3,", "A,1,"))
+        receiver.expect((GOOD_RMC, GOOD_GGA), FIX=2, GOOD=0)
+
+
+def the_pdop_of_the_best_system():
+    flat = GOOD_GSA.replace("A,3,", "A,2,").replace("1.37", "0.90")
+    none = GOOD_GSA.replace("1.37", "")
+    _solution(flat, none, GOOD_GSA, GOOD_RMC, GOOD_GGA)
+    _solution(GOOD_GSA, none, flat, GOOD_RMC, GOOD_GGA)
+    _solution(flat, none, GOOD_RMC, GOOD_GGA, PDOP_CENTI=UNKNOWN, GOOD=0)
+    for pdop, good in ("5.00", 1), ("5.01", 0), ("99.99", 0):
+        gsa = GOOD_GSA.replace("1.37", pdop)
+        _solution(gsa, GOOD_RMC, GOOD_GGA, PDOP_CENTI=round(100 * float(pdop)), GOOD=good)
+
+
+def before_a_gsa_nothing_is_known():
+    receiver = _Receiver()
+    receiver.expect((GOOD_RMC, GOOD_GGA), **FLAT)
+    receiver.now_ms = 3000
+    receiver.expect((GOOD_RMC, GOOD_GGA), **FLAT)
+
+
+def _without_gsa():
+    receiver = _Receiver()
+    receiver.feed(GOOD_RMC, GOOD_GGA)
+    receiver.now_ms = 3001
+    return receiver
 
 
 def without_gsa():
-    _solution(GOOD_RMC, GOOD_GGA, PDOP_CENTI=UNKNOWN)
+    _without_gsa().expect((GOOD_RMC, GOOD_GGA), PDOP_CENTI=UNKNOWN)
     three = GOOD_GGA.replace("1,09", "1,03")
-    _solution(GOOD_RMC, three, FIX=2, SATELLITES=3, PDOP_CENTI=UNKNOWN)
+    _without_gsa().expect((GOOD_RMC, three), SATELLITES=3, **FLAT)
     level = GOOD_GGA.replace("431.9", "")
-    _solution(GOOD_RMC, level, FIX=2, ALT_M=UNKNOWN, PDOP_CENTI=UNKNOWN)
+    _without_gsa().expect((GOOD_RMC, level), ALT_M=UNKNOWN, **FLAT)
+    # HDOP of GGA stands in for PDOP.
+    for hdop, good in sample((("2.50", 1), ("2.51", 0), ("99.99", 0), ("", 0), ("x", 0)), 3):
+        gga = GOOD_GGA.replace("09,0.9", f"09,{hdop}")
+        _without_gsa().expect((GOOD_RMC, gga), PDOP_CENTI=UNKNOWN, GOOD=good)
+    # It comes after all.
+    receiver = _without_gsa()
+    receiver.feed(GOOD_GSA.replace("A,3,", "A,2,"))
+    receiver.expect((GOOD_RMC, GOOD_GGA), FIX=2, GOOD=0)
+
+
+def gsa_without_values():
+    empty_gsa = "GPGSA,A,3,01,02,03,04,05,06,07,08,09,,,,,,"
+    receiver = _Receiver()
+    receiver.feed(empty_gsa)
+    receiver.expect((GOOD_RMC, GOOD_GGA), PDOP_CENTI=UNKNOWN, GOOD=0)
+    receiver.now_ms = 3001
+    receiver.feed(empty_gsa)
+    receiver.expect((GOOD_RMC, GOOD_GGA), PDOP_CENTI=UNKNOWN)
+    poor = GOOD_GGA.replace("09,0.9", "09,2.6")
+    receiver.expect((GOOD_RMC, poor), PDOP_CENTI=UNKNOWN, GOOD=0)
+    receiver.feed(GOOD_RMC.replace(TIME, "091716.00"), empty_gsa.replace("A,3,", "A,2,"))
+    receiver.expect((GOOD_GGA.replace(TIME, "091716.00"),), **FLAT)
 
 
 def gsa_and_vtg_grow_old():
@@ -150,9 +219,7 @@ def gsa_and_vtg_grow_old():
     receiver.now_ms = 2500
     receiver.expect((still, GOOD_GGA))
     receiver.now_ms = 2501
-    receiver.expect(
-        (still, GOOD_GGA), SPEED_CM_S=UNKNOWN, COURSE_DECIDEG=UNKNOWN, PDOP_CENTI=UNKNOWN
-    )
+    receiver.expect((still, GOOD_GGA), SPEED_CM_S=UNKNOWN, COURSE_DECIDEG=UNKNOWN, **FLAT)
 
 
 def vtg_where_rmc_has_no_motion():
@@ -180,7 +247,7 @@ def a_receiver_that_sends_only_rmc():
     receiver = _Receiver()
     done = [receiver.feed(GOOD_RMC.replace(TIME, f"0917{second}.00")) for second in range(20, 26)]
     equal(done, [0, 0, 0, 1, 1, 1])
-    receiver.expect((GOOD_RMC,), FIX=2, ALT_M=UNKNOWN, SATELLITES=UNKNOWN, PDOP_CENTI=UNKNOWN)
+    receiver.expect((GOOD_RMC,), ALT_M=UNKNOWN, SATELLITES=UNKNOWN, **FLAT)
     receiver.feed(GOOD_GSA)
     receiver.expect((GOOD_RMC,), ALT_M=UNKNOWN, SATELLITES=UNKNOWN)
 
@@ -282,7 +349,7 @@ def one_that_makes_no_sense_does_not_pass_for_its_predecessor():
     receiver.expect((GOOD_GSA, GOOD_GGA))
     receiver.feed(GOOD_GSA.replace("1.37", "x"))
     equal(receiver.nmea.take_errors(), 1)
-    receiver.expect((GOOD_RMC, GOOD_GGA), PDOP_CENTI=UNKNOWN)
+    receiver.expect((GOOD_RMC, GOOD_GGA))
 
 
 def what_is_not_for_us_is_no_error():
@@ -304,4 +371,4 @@ def a_reset_forgets_all():
     receiver.feed(GOOD_GSA, GOOD_VTG, GOOD_RMC)
     receiver.nmea.reset()
     equal(receiver.feed(GOOD_GGA), 0)
-    receiver.expect((GOOD_RMC,), PDOP_CENTI=UNKNOWN)
+    receiver.expect((GOOD_RMC,), **FLAT)

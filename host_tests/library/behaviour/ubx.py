@@ -8,7 +8,7 @@ from firmware.sensors.gps_solution import UNKNOWN, empty
 from behaviour import gps_support
 from behaviour.support import equal, sample
 
-GOOD = [3, 473_769_052, 85_417_231, 432, 1234, 2713, 14, 137]
+GOOD = [3, 473_769_052, 85_417_231, 432, 1234, 2713, 14, 137, 1]
 NAMES = (
     "FIX",
     "LAT_E7",
@@ -18,6 +18,7 @@ NAMES = (
     "COURSE_DECIDEG",
     "SATELLITES",
     "PDOP_CENTI",
+    "GOOD",
 )
 
 
@@ -85,12 +86,18 @@ def speeds_and_courses():
 def satellites_and_pdop():
     for satellites in (0, 255):
         _expect({"satellites": satellites}, SATELLITES=satellites)
-    for pdop_centi in (0, 9999, 65535):
-        _expect({"pdop_centi": pdop_centi}, PDOP_CENTI=pdop_centi)
+    for pdop_centi, good in ((0, 1), (500, 1), (501, 0), (9999, 0), (65535, 0)):
+        _expect({"pdop_centi": pdop_centi}, PDOP_CENTI=pdop_centi, GOOD=good)
+
+
+def how_exact_it_takes_itself_to_be():
+    limits = (0, 1), (10_000, 1), (10_001, 0), (0x10000, 0), (0x1000000, 0), ((1 << 32) - 1, 0)
+    for h_acc_mm, good in limits:
+        _expect({"h_acc_mm": h_acc_mm}, GOOD=good)
 
 
 def two_dimensions_and_dead_reckoning():
-    _expect({"fix": 2}, FIX=2)
+    _expect({"fix": 2}, FIX=2, GOOD=0)
     _expect({"fix": 4}, FIX=3)
     # Other flags make no difference.
     _expect({"flags": 0xFF})
@@ -98,9 +105,13 @@ def two_dimensions_and_dead_reckoning():
 
 def without_a_fix():
     nothing = {name: UNKNOWN for name in ("ALT_M", "SPEED_CM_S", "COURSE_DECIDEG")}
-    nothing.update({"FIX": 0, "LAT_E7": 0, "LON_E7": 0})
+    nothing.update({"FIX": 0, "LAT_E7": 0, "LON_E7": 0, "GOOD": 0})
     for fix, flags in sample(((0, 1), (1, 1), (5, 1), (6, 1), (255, 1), (3, 0), (2, 0xFE)), 4):
         _expect({"fix": fix, "flags": flags}, **nothing)
+    _expect({"flags_3": 1}, **nothing)
+    # Other flags make no difference there, and series 7 has none.
+    _expect({"flags_3": 0xFE})
+    _expect({"flags_3": 1, "length": 84})
     # Whatever stands in the other fields then.
     _expect({"fix": 0, "lat_e7": 1 << 30, "speed_mm_s": -1, "course_e5": 1 << 30}, **nothing)
 
