@@ -49,10 +49,13 @@ class Accuracy:
             self._new = False
             self._dimensions = dimensions
             self.pdop_centi = pdop_centi
-        elif dimensions == self._dimensions and pdop_centi != UNKNOWN:
+        elif (
+            dimensions == self._dimensions
+            and pdop_centi != UNKNOWN
+            and (self.pdop_centi == UNKNOWN or pdop_centi < self.pdop_centi)
+        ):
             # They should be the same; of one system alone it can only be larger.
-            if self.pdop_centi == UNKNOWN or pdop_centi < self.pdop_centi:
-                self.pdop_centi = pdop_centi
+            self.pdop_centi = pdop_centi
 
     @micropython.native
     def dimensions(self, satellites, alt_m, now_ms):

@@ -22,7 +22,8 @@ PDOP_CENTI = const(7)
 GOOD = const(8)  # 1 = as exact as home has to be, as far as the receiver tells; else 0
 SIZE = const(9)
 
-# In the place of any value but the first three and the last one. Far from all of them, and a small integer.
+# In the place of any value but the first three and the last one. Far from all of them, and a small
+# integer.
 UNKNOWN = const(-0x20000000)
 
 LOWEST_ALT_M = const(-10_000)

@@ -183,8 +183,12 @@ def read_pvt(frame: ptr8, length: int, solution: ptr32) -> int:
     solution[int(PDOP_CENTI)] = pdop_centi
     accuracy_mm = frame[44] | frame[45] << 8 | frame[46] << 16
     good = 0
-    if fix == 3 and pdop_centi <= int(HIGHEST_PDOP_CENTI):
-        if frame[47] == 0 and accuracy_mm <= _WORST_ACCURACY_MM:
-            good = 1
+    if (
+        fix == 3
+        and pdop_centi <= int(HIGHEST_PDOP_CENTI)
+        and frame[47] == 0
+        and accuracy_mm <= _WORST_ACCURACY_MM
+    ):
+        good = 1
     solution[int(GOOD)] = good
     return 1
