@@ -13,6 +13,7 @@ _MAGNETOMETERS = b"\x0d\x1c\x1e"
 _GPS_BAUD_RATE = 9600  # at the slowest, something is heard of every sender
 _I2C_TIMEOUT_US = 800  # an address and a byte at 400 kHz, and the interrupts meanwhile
 _I2C_HZ = 400_000
+_UNPLUGGED_MS = 3000  # as `firmware.sensors.cells` has it
 
 
 def waiting(values):
@@ -120,9 +121,12 @@ def _battery(
     else:
         from firmware.scratch import Scratch
 
+    store = Scratch()
+    if search.pause_ms > _UNPLUGGED_MS:
+        store.save(0)  # of a battery that was unplugged when the board was reset
     return Battery(
         *inputs,
-        store=Scratch(),
+        store=store,
         divider_permille=divider_permille,
         current_mv_per_a=mv_per_a,
         current_offset_mv=offset_mv,

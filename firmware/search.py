@@ -20,20 +20,21 @@ class Search:
 
     `waiting`: {name: (probe, arguments)} as `firmware.devices` has them. A probe is a list of ADC
     inputs, a UART, an I2C controller and addresses, or None for a sensor to be taken as there.
+    `pause_ms`: doubles with each round, so it is 3.2 s or more once the search has lasted for 3 s.
     """
 
     def __init__(self, waiting):
         self.waiting = waiting
         self.bus = None  # an `I2cBus`, once that is loaded
         self._asked_ms = 0
-        self._pause_ms = _FIRST_PAUSE_MS
+        self.pause_ms = _FIRST_PAUSE_MS
 
     def update(self, now_ms):
         """Returns the name of a sensor that is there, None if there is none; takes 2 ms at most.
 
         I2C addresses are asked after 100 ms, 200 ms and so on up to 5 s.
         """
-        asks = (now_ms - self._asked_ms) & _TIME_MASK >= self._pause_ms
+        asks = (now_ms - self._asked_ms) & _TIME_MASK >= self.pause_ms
         for name in self.waiting:
             probe = self.waiting[name][0]
             if probe is None:
@@ -49,7 +50,7 @@ class Search:
                 return name
         if asks:
             self._asked_ms = now_ms & _TIME_MASK
-            self._pause_ms = min(2 * self._pause_ms, _LONGEST_PAUSE_MS)
+            self.pause_ms = min(2 * self.pause_ms, _LONGEST_PAUSE_MS)
         return None
 
     def _answers(self, now_ms, i2c, addresses):

@@ -8,7 +8,8 @@ except ImportError:
 
 # What `machine.ADC.read_u16` returns is 16 bits, so a sum has 21.
 _SAMPLES = const(32)
-_TOP = const(32 * 65535)
+# 12-bit ADCs are some steps off and have noise: 8 steps, 6 mV, below the end is the end.
+_TOP = const(32 * (65535 - 128))
 _LONGEST_MS = const(60_000)
 _TIME_MASK = const(0x3FFFFFFF)
 _TIME_SIGN = const(0x20000000)
@@ -21,18 +22,19 @@ class AnalogInput:
     """Means of 32 samples in units of the caller.
 
     `value`: the last mean; `smoothed`: the same with 3/4 of what it was before, a time constant
-    of four values; both None before the first one. `at_bottom`, `at_top`: whether all samples of
-    the mean were at that end of the ADC's range.
+    of four values; both None before the first one. `at_top`: whether the mean was at the upper end
+    of the ADC's range; `at_bottom`: whether it was not above `lowest`.
     """
 
-    def __init__(self, adc, full_scale, zero=0):
+    def __init__(self, adc, full_scale, zero=0, lowest=-1):
         """`adc`: a `machine.ADC`. `full_scale`: units from one end of its range to the other, 1..
-        `HIGHEST_FULL_SCALE`. `zero`: units that are subtracted.
+        `HIGHEST_FULL_SCALE`. `zero`: units that are subtracted; `lowest`: before that.
         """
         # Bound once: what is called 32 times in a row is not looked up there.
         self._read = adc.read_u16
         self._full_scale = full_scale
         self._zero = zero
+        self._lowest = lowest - zero
         self._time_ms = None
         self._smoothed_4 = 0
         self.value = self.smoothed = None
@@ -62,12 +64,12 @@ class AnalogInput:
         except OSError:
             return -1
         self._time_ms = now_ms
-        self.at_bottom = total == 0
-        self.at_top = total == _TOP
+        self.at_top = total >= _TOP
         # round(total * full_scale / 2^21) without an intermediate of more than 30 bits.
         full_scale = self._full_scale
         low = ((total & 0x3FF) * full_scale) >> 10
         value = (((total >> 10) * full_scale + low + 0x400) >> 11) - self._zero
+        self.at_bottom = value <= self._lowest
         smoothed_4 = 4 * value
         if self.value is not None:
             smoothed_4 = self._smoothed_4

@@ -13,8 +13,11 @@ _PERIOD_MS = 20
 _LONGEST_STEP_MS = const(100)
 _CHUNK_MS = const(2000)  # 500 A times this, in mA ms, is still a small integer of 31 bits
 _MA_MS_PER_MAH = const(3_600_000)
-# A sensor for both directions has its zero near half the supply, others have it close to 0 V.
-_BOTH_DIRECTIONS_MV = 500
+# A sensor that is at so much without a current does not go down to the rail with any: one for both
+# directions has its zero near half the supply. A pin without a wire or a sensor without supply is
+# at 0 V, as far as the ADC can tell: its own error is 10 mV and more.
+_WITH_ZERO_MV = 250
+_BROKEN_MV = 100
 
 _CELLS_SHIFT = const(20)  # of what is stored: cell count above mAh
 _MOST_MAH = const((1 << 20) - 1)
@@ -43,7 +46,7 @@ class Battery:
 
     `consumed_mah`: the integral of the current before smoothing, never below 0; None without a
     current sensor. It begins at 0 with each battery that is plugged in. With a `store` it goes on
-    after a reset.
+    after a reset, unless the battery was unplugged before.
 
     `present`, `cell_count`, `low`, `critical`, `state`: see `firmware.sensors.cells.Cells`.
 
@@ -69,7 +72,7 @@ class Battery:
 
         `divider_permille`: battery voltage divided by that at the pin, in thousandths.
         `current_mv_per_a`, `current_offset_mv`: the current sensor's slope, and its output at 0 A;
-        with an offset of 500 mV or more it is one for both directions, and 0 V is a broken wire.
+        with an offset of 250 mV or more, less than 100 mV is a broken wire.
         `reference_mv`: the ADC's full scale. `cells`: 1..16, 0 = find out. `cell_low_mv`,
         `cell_critical_mv`: limits for one cell. `capacity_mah`: kept for display, 0 = not known.
 
@@ -92,8 +95,12 @@ class Battery:
         full_ma = _full_scale("current_mv_per_a", round(reference_mv * 1000 / current_mv_per_a))
         zero_ma = round(current_offset_mv * 1000 / current_mv_per_a)
         self._voltage = None if voltage_adc is None else AnalogInput(voltage_adc, full_mv)
-        self._current = None if current_adc is None else AnalogInput(current_adc, full_ma, zero_ma)
-        self._both_directions = current_offset_mv >= _BOTH_DIRECTIONS_MV
+        lowest_ma = -1
+        if current_offset_mv >= _WITH_ZERO_MV:
+            lowest_ma = round(_BROKEN_MV * 1000 / current_mv_per_a)
+        self._current = None
+        if current_adc is not None:
+            self._current = AnalogInput(current_adc, full_ma, zero_ma, lowest_ma)
         # The inputs take turns.
         self._current_next = voltage_adc is None
         self._spacing_ms = _PERIOD_MS if None in (voltage_adc, current_adc) else _PERIOD_MS // 2
@@ -194,7 +201,7 @@ class Battery:
     def _take_current(self, now_ms):
         current = self._current
         elapsed_ms = current.update(now_ms)
-        broken = self._both_directions and current.at_bottom
+        broken = current.at_bottom
         if broken or current.at_top or elapsed_ms < 0:
             self._fault()
         if broken:
@@ -224,6 +231,9 @@ class Battery:
     def _save(self):
         cells = self._cells.found
         mah = self.consumed_mah or 0
+        if self._cells.unplugged:
+            # Whatever comes next, before a reset or after it, is another battery.
+            cells = mah = 0
         if mah != self._saved_mah or cells != self._saved_cells:
             self._saved_mah = mah
             self._saved_cells = cells

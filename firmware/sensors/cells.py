@@ -57,7 +57,8 @@ class Cells:
     """The cells of the battery that is plugged in.
 
     `present`: a battery is there from 3 V on, until 3 s after it fell below 2.5 V. A single cell
-    that sags for longer than that is broken, and is taken for unplugged.
+    that sags for longer than that is broken, and is taken for unplugged. `unplugged`: whether it
+    was, and no other has come since.
 
     `count`: as given, or found when the battery was plugged in: the first voltage that has been
     steady within 0.1 V for a second, or the one after ten seconds, divided by 4.35 V and rounded
@@ -76,7 +77,7 @@ class Cells:
         self.present = False
         self._low = _Alarm(low_mv)
         self._critical = _Alarm(critical_mv)
-        self._unplugged = False
+        self.unplugged = False
         self._absent_ms = self._steady_ms = self._settle_ms = self._steady_mv = 0
         # From this voltage on there is nothing to do.
         self._calm_mv = _NEVER_MV
@@ -136,10 +137,10 @@ class Cells:
     def _plugged_in(self, voltage_mv, step_ms):
         if voltage_mv >= _UNPLUGGED_MV:
             self._absent_ms = 0
-        elif not self._unplugged:
+        elif not self.unplugged:
             self._absent_ms += step_ms
             if self._absent_ms >= _UNPLUGGED_MS:
-                self._unplugged = True
+                self.unplugged = True
                 self.present = False
                 self._low.clear()
                 self._critical.clear()
@@ -147,11 +148,11 @@ class Cells:
             return False
         self.present = True
         count = self.count
-        other = self._unplugged
+        other = self.unplugged
         if self._restored:
             highest_mv = (_FULL_MV + _TOLERANCE_MV) * count
             other = other or not _EMPTY_MV * count <= voltage_mv <= highest_mv
-        self._unplugged = self._restored = False
+        self.unplugged = self._restored = False
         if other:
             self.count = self._given or None
             self._steady_ms = self._settle_ms = self._steady_mv = 0
