@@ -87,10 +87,12 @@ class Telemetry:
         gps = self._gps
         new = gps.update(now_ms)
         if not gps.fix:
+            # The radio would show the old position as a new one. 0x26 tells of the fix itself, and
+            # how many satellites there are, for as long as solutions come.
             self._position.stop()
-            self._motion.stop()
         elif new:
             self._position.refresh(now_ms)
+        if new:
             self._motion.refresh(now_ms)
 
     def _update_barometer(self, now_ms):
@@ -147,7 +149,7 @@ class Telemetry:
                 gps.home_distance_m or 0,
                 gps.home_direction_decideg or 0,
                 gps.fix,
-                gps.home_fix,
+                gps.fix and gps.home_fix,
             )
         else:
             self._build_mag_baro(frame)

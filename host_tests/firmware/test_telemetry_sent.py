@@ -16,6 +16,8 @@ from forked import forked
 from ghst_tools import boards
 from ghst_tools import filesystem as littlefs
 from ghst_tools.emulator import GhostReceiver
+from ghst_tools.emulator.gps import NmeaGps
+from ghst_tools.emulator.gps_messages import Place
 
 LINK = ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=6)
 RACE_HZ = 160
@@ -89,6 +91,48 @@ def test_the_battery_ten_times_a_second_and_nothing_that_is_absent(equipped: Pic
     # The first was filled in while the main loop learnt of the link.
     assert [pack.armed for pack in packs[1:]] == [True] * (len(packs) - 1)
     check_slots(equipped, receiver)
+
+
+@forked
+def test_satellites_without_a_fix_and_nothing_of_a_silent_gps(equipped: Pico) -> None:
+    board = equipped.board
+    place = Place(47.3, 8.5, 412.0, 12.0, 90.0, satellites=5, fix=0)
+    gps = NmeaGps(board.uart(0), board.clock, lambda t_ns: place, period_ms=400)
+    gps.start()
+    board.run_for(1.5e9)
+
+    def heard(run_ns: float) -> tuple[set[int], list[ghst.downlink.GpsSecondary]]:
+        receiver = equipped.fly(lambda index, t: LINK, RACE_HZ)
+        board.run_for(run_ns)
+        receiver.stop()
+        board.run_for(10e6)
+        # The first may have waited for its slot since the last flight.
+        frames = [ghst.downlink.decode(frame.frame) for frame in receiver.downlink[2:]]
+        motions = [frame for frame in frames if isinstance(frame, ghst.downlink.GpsSecondary)]
+        return {frame.frame[2] for frame in receiver.downlink[2:]} - {0x23}, motions
+
+    def flags(motions: list[ghst.downlink.GpsSecondary]) -> set[tuple[object, ...]]:
+        return {(motion.satellites, motion.fix, motion.home_fix) for motion in motions}
+
+    types, motions = heard(500e6)
+    assert types == {0x26}
+    assert flags(motions) == {(5, False, False)}
+    assert len(motions) >= 2
+    place = place._replace(fix=3, satellites=9)
+    board.run_for(2.6e9)
+    types, motions = heard(300e6)
+    assert types == {0x25, 0x26}
+    assert flags(motions) == {(9, True, True)}
+    place = place._replace(fix=0, satellites=4)
+    board.run_for(0.8e9)
+    types, motions = heard(300e6)
+    assert types == {0x26}
+    # Home is known, but neither how far it is nor where.
+    assert flags(motions) == {(4, False, False)}
+    assert {(motion.home_dist_m, motion.home_dir_decideg) for motion in motions} == {(0, 0)}
+    gps.stop()
+    board.run_for(2.5e9)
+    assert heard(300e6) == (set(), [])
 
 
 @forked
