@@ -1,21 +1,24 @@
-"""Honeywell HMC5883L and HMC5983 (data sheet 900405): 75 measurements a second, 1.9 gauss."""
+"""Honeywell HMC5883L and HMC5983 (data sheet 900405): single measurements, 1.9 gauss."""
 
 try:
     from micropython import const
 except ImportError:
     from ghst._host import const
 
-from firmware.sensors.i2c_sensor import FAILED, NEW, OVERFLOW, STARTED
+from firmware.sensors.i2c_sensor import FAILED, NEW, NOTHING, OVERFLOW, STARTED
 from firmware.sensors.words import signed_words
+from ghst.schedule import ticks_diff
 
 _CONFIGURATION_A = const(0x00)
+_CONFIGURATION_B = const(0x01)
+_MODE = const(0x02)
 _DATA = const(0x03)
 _ID = const(0x0A)
 
 _AVERAGE_8_AT_75_HZ = const(3 << 5 | 6 << 2)
 _GAIN_820 = const(2 << 5)
-_CONTINUOUS = const(0x00)
-_SETTLE_MS = const(50)  # the first measurement still has the old gain
+_SINGLE = const(0x01)
+_MEASURING_MS = const(20)
 _SATURATED = const(-4096)
 
 
@@ -35,35 +38,51 @@ class Hmc5883l:
         self.words = [0, 0, 0]
         self._bus = bus
         self._id = bytearray(3)
-        self._expected = bytearray((_AVERAGE_8_AT_75_HZ, _GAIN_820, _CONTINUOUS))
-        self._settings = bytearray(3)
+        self._started_ms = 0
+        self._started = False
+        self._expected = bytearray((_AVERAGE_8_AT_75_HZ, _GAIN_820))
+        self._settings = bytearray(2)
         self._data = bytearray(6)
 
     def identify(self):
         return self._bus.read(self.address, _ID, self._id) and self._id == b"H43"
 
     def start(self, step):
+        self._started = False
         if step:
             return STARTED
-        for register in range(3):
-            if not self._bus.write(
-                self.address, _CONFIGURATION_A + register, self._expected[register]
-            ):
-                return FAILED
-        return _SETTLE_MS
+        # The first measurement still has the old gain.
+        done = (
+            self._bus.write(self.address, _CONFIGURATION_A, _AVERAGE_8_AT_75_HZ)
+            and self._bus.write(self.address, _CONFIGURATION_B, _GAIN_820)
+            and self._bus.write(self.address, _MODE, _SINGLE)
+        )
+        return _MEASURING_MS if done else FAILED
 
     def read(self, now_ms):
-        # Its ready flag is low for 250 us only, so it is not waited for. All six data registers
-        # have to be read, or the chip keeps them locked.
+        # It takes 250 us to write a measurement, and reading locks the registers even in the
+        # middle of that: they would stay of two measurements, and read the same twice. So it
+        # measures only when it is told to, and has long finished when it is read.
+        if not self._started:
+            return self._measure(now_ms, NOTHING)
+        if ticks_diff(now_ms, self._started_ms) < _MEASURING_MS:
+            return NOTHING
         settings = self._settings
         if (
             not self._bus.read(self.address, _CONFIGURATION_A, settings)
             or settings != self._expected
             or not self._bus.read(self.address, _DATA, self._data)
         ):
+            self._started = False
             return FAILED
-        self.taken_ms = now_ms
-        return NEW
+        self.taken_ms = self._started_ms
+        return self._measure(now_ms, NEW)
+
+    def _measure(self, now_ms, found):
+        """Begins a measurement; returns `found`, or FAILED if the chip does not answer."""
+        self._started_ms = now_ms
+        self._started = self._bus.write(self.address, _MODE, _SINGLE)
+        return found if self._started else FAILED
 
     def convert(self):
         words = self.words

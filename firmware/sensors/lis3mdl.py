@@ -5,7 +5,7 @@ try:
 except ImportError:
     from ghst._host import const
 
-from firmware.sensors.i2c_sensor import FAILED, NEW, NOTHING, OVERFLOW, STARTED
+from firmware.sensors.i2c_sensor import FAILED, NEW, NOTHING, OVERFLOW, STARTED, read_whole
 from firmware.sensors.words import signed_words
 
 _INCREMENT = const(0x80)  # of the register's number, or the same one is read over and over
@@ -38,11 +38,13 @@ class Lis3mdl:
         self.words = [0, 0, 0]
         self._bus = bus
         self._one = bytearray(1)
-        # 40 Hz at the best performance of x, y and z; 4 gauss; continuous; no new low byte
-        # between two reads.
-        self._expected = bytearray((3 << 5 | 6 << 2, 0, 0, 3 << 2, 0x40))
+        # 40 Hz at the best performance of x, y and z; 4 gauss; continuous. Block data update is
+        # off: it holds each word back for itself, so that x could stay of one measurement and y
+        # of the next for as long as it takes to read them twice.
+        self._expected = bytearray((3 << 5 | 6 << 2, 0, 0, 3 << 2, 0))
         self._settings = bytearray(5)
         self._data = bytearray(6)
+        self._again = bytearray(6)
 
     def identify(self):
         return self._bus.read(self.address, _ID, self._one) and self._one[0] == _CHIP
@@ -66,11 +68,11 @@ class Lis3mdl:
         if (
             not self._bus.read(self.address, _CTRL_REG1 | _INCREMENT, settings)
             or settings != self._expected
-            or not self._bus.read(self.address, _DATA | _INCREMENT, self._data)
         ):
             return FAILED
         self.taken_ms = now_ms
-        return NEW
+        register = _DATA | _INCREMENT
+        return read_whole(self._bus, self.address, register, self._data, self._again)
 
     def convert(self):
         words = self.words

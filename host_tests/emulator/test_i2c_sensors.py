@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import pytest
@@ -9,7 +10,8 @@ import pytest
 from ghst_tools.emulator import Board
 from ghst_tools.emulator.i2c_barometers import Dps310, Lps22hb
 from ghst_tools.emulator.i2c_bmp280 import Bmp280
-from ghst_tools.emulator.i2c_magnetometers import Hmc5883l, Lis3mdl, Qmc5883l
+from ghst_tools.emulator.i2c_hmc5883l import Hmc5883l
+from ghst_tools.emulator.i2c_magnetometers import Lis3mdl, Qmc5883l
 from ghst_tools.emulator.i2c_sensors import (
     RegisterTarget,
     SensorMisuse,
@@ -103,6 +105,50 @@ def test_misuse_is_an_error(clock: Clock, name: str):
     clock.now_ns = 3e6
     with pytest.raises(SensorMisuse, match=message):
         use(chip)
+
+
+def hmc(clock: Clock, mode: int) -> Hmc5883l:
+    """A chip of 820 LSB per gauss; each measurement gives the same new number on all axes."""
+    numbers = itertools.count(1)
+    chip = Hmc5883l(clock, lambda t_ns: (next(numbers) * 1e5 / 820,) * 3)
+    chip.noise_nt = 0.0
+    write(chip, 0x00, 6 << 2, 2 << 5, mode)
+    return chip
+
+
+def test_an_hmc5883l_writes_its_words_one_by_one(clock: Clock):
+    chip = hmc(clock, 0)
+    clock.now_ns += 2 * 1e9 / 75 + 251e3
+    # The first had the gain of power-on.
+    assert (read(chip, 0x09), read(chip, 0x03, 6)) == (b"\1", b"\0\2\0\2\0\2")
+    clock.now_ns += 1e9 / 75 - 151e3
+    assert (read(chip, 0x09), read(chip, 0x03, 2)) == (b"\0", b"\0\3")
+    # What would be written while not all has been read is lost.
+    clock.now_ns += 300e3
+    for _ in range(2):
+        assert (read(chip, 0x03, 6), read(chip, 0x09)) == (b"\0\3\0\2\0\2", b"\1")
+
+
+def test_an_hmc5883l_locks_its_registers(clock: Clock):
+    chip = hmc(clock, 0)
+    clock.now_ns += 2 * 1e9 / 75 + 251e3
+    assert (read(chip, 0x02), read(chip, 0x09)) == (b"\0", b"\3")
+    clock.now_ns += 1e9
+    assert read(chip, 0x03, 6) == b"\0\2\0\2\0\2"
+    clock.now_ns += 1e9
+    assert read(chip, 0x09) == b"\1"
+    assert read(chip, 0x03) + read(chip, 0x03, 6) != b"\0\2" * 3
+
+
+def test_an_hmc5883l_measures_once(clock: Clock):
+    chip = hmc(clock, 1)
+    clock.now_ns += 1e9
+    assert (read(chip, 0x02), chip.measurements) == (b"\3", 1)
+    write(chip, 0x02, 1)
+    clock.now_ns += 13e6
+    assert chip.measurements == 1
+    clock.now_ns += 1e6
+    assert (read(chip, 0x03, 6), chip.measurements) == (b"\0\2\0\2\0\2", 2)
 
 
 def test_the_standard_atmosphere():

@@ -10,7 +10,8 @@ from i2c_rig import LONGEST_UPDATE_US, NONE, Flight, grounded
 from forked import forked
 from ghst_tools.emulator.i2c_barometers import Dps310, Lps22hb
 from ghst_tools.emulator.i2c_bmp280 import Bmp280
-from ghst_tools.emulator.i2c_magnetometers import Hmc5883l, Lis3mdl, Magnetometer, Qmc5883l
+from ghst_tools.emulator.i2c_hmc5883l import Hmc5883l
+from ghst_tools.emulator.i2c_magnetometers import Lis3mdl, Magnetometer, Qmc5883l
 from ghst_tools.emulator.i2c_sensors import Barometer, pressure_at
 
 

@@ -11,7 +11,8 @@ import pytest
 from i2c_rig import LONGEST_UPDATE_US, Flight, grounded
 
 from forked import forked
-from ghst_tools.emulator.i2c_magnetometers import Hmc5883l, Lis3mdl, Magnetometer, Qmc5883l
+from ghst_tools.emulator.i2c_hmc5883l import Hmc5883l
+from ghst_tools.emulator.i2c_magnetometers import Lis3mdl, Magnetometer, Qmc5883l
 
 
 @pytest.fixture

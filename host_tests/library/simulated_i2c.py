@@ -8,7 +8,7 @@ from typing import Any
 from firmware.sensors.barometer import Barometer
 from firmware.sensors.magnetometer import Magnetometer
 
-from ghst_tools.emulator import i2c_barometers, i2c_bmp280, i2c_magnetometers
+from ghst_tools.emulator import i2c_barometers, i2c_bmp280, i2c_hmc5883l, i2c_magnetometers
 from ghst_tools.emulator.i2c_sensors import RegisterTarget, field_at, pressure_at
 
 BYTE_NS = 22_500.0  # nine clocks at 400 kHz
@@ -104,7 +104,7 @@ BAROMETERS = {
 }
 MAGNETOMETERS = {
     "QMC5883L": (i2c_magnetometers.Qmc5883l, (0x0D,)),
-    "HMC5883L": (i2c_magnetometers.Hmc5883l, (0x1E,)),
+    "HMC5883L": (i2c_hmc5883l.Hmc5883l, (0x1E,)),
     "LIS3MDL": (i2c_magnetometers.Lis3mdl, (0x1C, 0x1E)),
 }
 PLACES = [

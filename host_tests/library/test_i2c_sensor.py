@@ -69,9 +69,9 @@ def test_no_value_has_bytes_of_two_measurements(name: str, slowest_ms: int) -> N
         allowed = (100_000, 100_020, 99_990)
         tolerance = 2
     else:
-        # 2 degrees to the left and to the right; the low byte of one with the high byte of the
-        # other is 20 degrees away.
-        fields = itertools.cycle(((20_000.0, -700.0, 40_000.0), (20_000.0, 700.0, -40_000.0)))
+        # Each axis differs. 2 degrees to the left and to the right; the low byte of one with the
+        # high byte of the other is 20 degrees away, the y of one with the x of the other 1 degree.
+        fields = itertools.cycle(((20_000.0, -700.0, 40_000.0), (40_000.0, 1400.0, -40_000.0)))
         bench.chip.noise_nt = 0.0  # type: ignore[attr-defined]
         bench.chip.field_nt = lambda t_ns: next(fields)  # type: ignore[attr-defined]
         allowed = (20, 3580)

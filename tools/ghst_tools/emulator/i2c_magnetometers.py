@@ -1,4 +1,4 @@
-"""Emulated magnetometers: QMC5883L, HMC5883L and LIS3MDL."""
+"""Emulated magnetometers: QMC5883L and LIS3MDL."""
 
 from __future__ import annotations
 
@@ -103,56 +103,6 @@ class Qmc5883l(Magnetometer):
     def ready(self) -> None:
         # Data that nobody read is skipped over (DOR).
         self.registers[0x06] |= 0x05 if self.registers[0x06] & 1 else 0x01
-
-
-class Hmc5883l(Magnetometer):
-    """Honeywell HMC5883L (data sheet 900405): continuous mode."""
-
-    NAME = "HMC5883L"
-    READABLE = frozenset(range(0x0D))
-    WRITABLE = frozenset((0x00, 0x01, 0x02))
-    FOREIGN = frozenset((0x0F,))
-    RATES_HZ = (0.75, 1.5, 3, 7.5, 15, 30, 75)
-    LSB_PER_GAUSS = (1370, 1090, 820, 660, 440, 390, 330, 230)
-
-    _ALL = frozenset(range(0x03, 0x09))
-
-    def reset_registers(self) -> None:
-        super().reset_registers()
-        self.registers[0x00:0x03] = b"\x10\x20\x01"
-        self.registers[0x0A:0x0D] = b"H43"
-        self._unread = self._ALL
-
-    def locked(self) -> frozenset[int]:
-        return self._ALL if self._unread != self._ALL else frozenset()
-
-    def write_register(self, register: int, value: int) -> None:
-        self.registers[register] = value
-        rate = self.registers[0x00] >> 2 & 7
-        if value & 0x80 or rate == 7 or (register == 0x01 and value & 0x1F):
-            raise self.misuse(f"register {register} is 0x{value:02x}")
-        if register == 0x02 and value & 3 == 1:
-            raise self.misuse("single measurements are not emulated")
-        self.run_at(None if self.registers[0x02] & 3 else self.RATES_HZ[rate])
-
-    def next_register(self, register: int) -> int:
-        # Behind the last data register comes the first one (section "I2C communication").
-        return 0x03 if register == 0x08 else register + 1
-
-    def read_register(self, register: int) -> int:
-        self.measure()
-        if register in self._ALL:
-            self.need_measurement()
-            # Locked from the first of the six that is read until the last one is.
-            self._unread = self._unread - {register} or self._ALL
-        return self.registers[register]
-
-    def latch(self, field_nt: list[float]) -> None:
-        x, y, z = field_nt
-        for place, part in enumerate((x, z, y)):
-            raw = round(part * self.LSB_PER_GAUSS[self.registers[0x01] >> 5] / 100_000)
-            raw = raw if -2048 <= raw <= 2047 else -4096
-            self.put(0x03 + 2 * place, (raw & 0xFFFF).to_bytes(2, "big"))
 
 
 class Lis3mdl(Magnetometer):
