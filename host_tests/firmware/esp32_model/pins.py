@@ -120,7 +120,11 @@ class Pin:
 
 
 class ADC:
-    """`ADC(pin, *, atten)` (quickref.rst); up to 2.45 V with 11 dB."""
+    """`ADC(pin, *, atten)` (quickref.rst); up to 2.45 V with 11 dB.
+
+    What `read_uv` makes of no step at all (ESP-IDF, "ADC Calibration": line fitting of chips of
+    which only the reference is known, curve fitting of the later ones) is its lowest value.
+    """
 
     board = None
     ATTN_0DB = 0
@@ -128,6 +132,7 @@ class ADC:
     ATTN_6DB = 2
     ATTN_11DB = 3
     _LIMIT_UV = (950_000, 1_250_000, 1_750_000, 2_450_000)
+    _LOWEST_UV = (75_000, 78_000, 107_000, 142_000)
 
     def __init__(self, pin, *, atten=ATTN_0DB):
         pad = self.board.pad(pin)
@@ -135,12 +140,21 @@ class ADC:
             raise ValueError("invalid pin")
         self._number = pad.number
         self._limit_uv = self._LIMIT_UV[atten]
+        self._lowest_uv = self._LOWEST_UV[atten] if self.board.chip == "esp32" else 0
 
-    def read_uv(self):
+    def _uv(self):
         self.board.spend(40.0)
         uv = self.board.voltages_uv.get(self._number, 0)
+        return min(max(uv, self._lowest_uv), self._limit_uv)
+
+    def read_u16(self):
+        range_mv = (self._limit_uv - self._lowest_uv) // 1000
+        raw = (self._uv() - self._lowest_uv) // 1000 * 4095 // range_mv
+        return raw << 4 | raw >> 8
+
+    def read_uv(self):
         # "will always be a multiple of 1000 microvolts"
-        return min(uv, self._limit_uv) // 1000 * 1000
+        return self._uv() // 1000 * 1000
 
 
 def make_pad(board, pin):

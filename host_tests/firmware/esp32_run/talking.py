@@ -48,6 +48,40 @@ def telemetry(tree, machine, chip):
     assert "0 collisions" in bench.said
 
 
+def no_battery_at_0_v(tree, machine, chip):
+    """The lowest voltage that the ADC knows is 142 mV, 1.6 V of a battery: it is none."""
+    bench = _bench(tree, machine, chip, {"gps": {"enabled": False}})
+    bench.board.voltages_uv.clear()
+    bench.run(1500)
+    assert bench.lines("battery: ")[-1] == "battery: not plugged in", bench.said
+
+
+def no_current_at_0_v(tree, machine, chip):
+    """142 mV would be 3.6 A, and mAh on the bench."""
+    bench = _bench(tree, machine, chip, {"gps": {"enabled": False}})
+    bench.board.voltages_uv[35] = 0
+    bench.run(3000)
+    assert "16.50 V, 0.0 A, 0 mAh, 4S, 0 faults" in bench.lines("battery: ")[-1], bench.said
+
+
+def the_end_of_the_range_is_a_fault(tree, machine, chip):
+    """Above 2.45 V it reads the same as there: truth is more."""
+    bench = _bench(tree, machine, chip, {"gps": {"enabled": False}})
+    bench.board.voltages_uv[35] = 2_500_000
+    bench.run(2000)
+    line = bench.lines("battery: ")[-1]
+    assert int(line.split(" faults")[0].split()[-1]) > 20, line
+
+
+def near_the_end_of_the_range_is_none(tree, machine, chip):
+    """2.44 V are measured, though the range is asked for its end."""
+    bench = _bench(tree, machine, chip, {"gps": {"enabled": False}})
+    bench.board.voltages_uv[35] = 2_440_000
+    bench.run(2000)
+    line = bench.lines("battery: ")[-1]
+    assert "16.50 V, 61.0 A" in line and "0 faults" in line, line
+
+
 def no_telemetry_without_a_downlink(tree, machine, chip):
     """A mode without a downlink: silence."""
     bench = _bench(tree, machine, chip)
