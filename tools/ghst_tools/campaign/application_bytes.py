@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import ghst  # type: ignore[import-not-found]
+from ghst_tools.campaign import again
+from ghst_tools.campaign.model import Model
 from ghst_tools.campaign.pico import NO_SENSORS, Pico
 from ghst_tools.campaign.picos import Picos, check_outputs, connect_battery, forked, no_exception
-from ghst_tools.campaign.verdict import Row, equal, expect
-from ghst_tools.campaign.wire_bytes import Send, sends
-from ghst_tools.demo.probes import decoder_state
+from ghst_tools.campaign.shown import Shown
+from ghst_tools.campaign.verdict import Case, Row, equal, expect
+from ghst_tools.campaign.wire_bytes import INTACT_US, Send, sends
+from ghst_tools.demo.probes import decoder_memory, decoder_state
 
 # Every shape of an output but a switch, whose pulses are as long as they like.
 CONFIGURATION: dict[str, Any] = NO_SENSORS | {
@@ -28,6 +31,11 @@ _STEP_NS = 320
 _LIMITS_NS = {6: (1100e3, 1900e3), 9: (1000e3, 2000e3)}
 _FRAME_NS = 14 * 10e9 / 420_000
 READY = b"sensors: battery"
+# What link data say. Which of the other frames are decoded depends on when telemetry meets them.
+_LINK = (
+    *("lq", "rssi_dbm", "rssi_percent", "rf_mode", "telemetry_requested", "alt_scale"),
+    "tx_power_dbm",
+)
 
 
 def _intact(rng: random.Random) -> bytes:
@@ -36,8 +44,22 @@ def _intact(rng: random.Random) -> bytes:
     return bytes(ghst.encode.link_data(0x33, raw, lq=rng.randrange(101)))
 
 
+_BEGIN = _intact(random.Random(0))
+
+
+def blocks(seed: int, total: int) -> Iterator[tuple[float, list[Send]]]:
+    """The blocks of `sends` with other intact frames, each with the time to its beginning."""
+    rng = random.Random(seed)
+    for *pieces, (pause_us, _) in sends(seed, total):
+        block = [*pieces, (pause_us, _intact(rng))]
+        yield rng.uniform(200.0, 6000.0), block
+
+
 def one_block(pico: Pico, begin_us: float, block: Sequence[Send]) -> int:
-    """Send a block; the frame at its end has to be decoded. How many frames were, in all."""
+    """Send a block; the frame at its end has to be decoded. How many frames were, in all.
+
+    What the link data in that frame say has to be what the board knows then.
+    """
     case = application_case(begin_us, block)
     end = pico.at(begin_us * 1e3)
     for pause_us, data in block:
@@ -47,6 +69,7 @@ def one_block(pico: Pico, begin_us: float, block: Sequence[Send]) -> int:
     pico.board.run_for(_FRAME_NS + 100e3)
     after = decoder_state(pico.board)
     equal(after.frames - before, 1, "control frames decoded of the intact one", case)
+    _compare_link(pico, block[-1][1], case)
     for pin, (lowest, highest) in _LIMITS_NS.items():
         for pulse in pico.meter.pulses[pin]:
             right = lowest - _STEP_NS <= pulse.width_ns <= highest + _STEP_NS
@@ -54,18 +77,26 @@ def one_block(pico: Pico, begin_us: float, block: Sequence[Send]) -> int:
     return after.frames
 
 
+def _compare_link(pico: Pico, intact: bytes, case: Case) -> None:
+    model, shown = Model(), Shown()
+    model.feed(intact)
+    memory = decoder_memory(pico.board)
+    assert memory is not None
+    shown.look(pico.board, memory)
+    for name in _LINK:
+        found, wanted = getattr(shown.receiver, name), getattr(model, name)
+        equal(found, wanted, f"{name} behind the intact frame", case)
+
+
 def fuzz_application(pico: Pico, seed: int, total: int) -> dict[str, int]:
     """`total` bytes to the application; what was counted."""
-    rng = random.Random(seed)
     found = {"bytes": 0, "blocks": 0, "pulses": 0, "telemetry": 0, "frames": 0}
     driven = 0
     connect_battery(pico)
     # What is loaded when it is used is loaded.
-    one_block(pico, 1000.0, [(0.0, _intact(rng))])
+    one_block(pico, 1000.0, [(0.0, _BEGIN)])
     pico.board.run_for(300e6)
-    for *pieces, (pause_us, _) in sends(seed, total):
-        block = [*pieces, (pause_us, _intact(rng))]
-        begin_us = rng.uniform(200.0, 6000.0)
+    for begin_us, block in blocks(seed, total):
         found["frames"] = one_block(pico, begin_us, block)
         found["blocks"] += 1
         found["bytes"] += sum(len(data) for _, data in block)
@@ -82,7 +113,7 @@ def fuzz_application(pico: Pico, seed: int, total: int) -> dict[str, int]:
     return found
 
 
-def application_case(begin_us: float, block: Sequence[Send]) -> dict[str, Any]:
+def application_case(begin_us: float, block: Sequence[Send]) -> Case:
     """A block as a case that can be saved."""
     return {
         "kind": "application",
@@ -91,17 +122,17 @@ def application_case(begin_us: float, block: Sequence[Send]) -> dict[str, Any]:
     }
 
 
-def replay(case: dict[str, Any], picos: Picos) -> None:
+def replay(case: Case, picos: Picos) -> None:
     """Run a saved case on a started board; raises Wrong."""
-    block = [(pause_us, bytes.fromhex(data)) for pause_us, data in case["sends"]]
     pico = picos.boot(CONFIGURATION, READY)
 
     def trial() -> None:
         connect_battery(pico)
         # Telemetry needs a link that has named its mode.
-        begin = _intact(random.Random(0))
-        one_block(pico, 1000.0, [(0.0, begin)])
-        one_block(pico, case["begin_us"], block)
+        one_block(pico, 1000.0, [(0.0, _BEGIN)])
+        for one in again.blocks_of(case):
+            block = [(pause_us, bytes.fromhex(data)) for pause_us, data in one["sends"]]
+            one_block(pico, one["begin_us"], block)
         no_exception(pico)
 
     forked(trial)
@@ -110,15 +141,21 @@ def replay(case: dict[str, Any], picos: Picos) -> None:
 def fuzz(picos: Picos, seed: int, total: int) -> list[Row]:
     """`total` bytes over the wire to the application."""
     pico = picos.boot(CONFIGURATION, READY)
-    found = forked(lambda: fuzz_application(pico, seed, total))
+
+    def case_of(block: tuple[float, list[Send]]) -> tuple[Case, int]:
+        return application_case(*block), sum(len(data) for _, data in block[1])
+
+    with again.among(blocks(seed, total), case_of, "application_bytes"):
+        found = forked(lambda: fuzz_application(pico, seed, total))
     return [
         Row(
             "bytes, whole firmware",
             f"{found['bytes']:,} bytes of the same kinds to the application with a battery, "
             f"motors, slow and reversed outputs, MSP, and {found['telemetry']} telemetry frames "
-            "that may meet them",
-            f"the intact frame behind each of {found['blocks']} blocks decoded; all "
-            f"{found['pulses']} pulses within the limits of their output; no fault of the main "
-            "loop, which never stood still; no reset",
+            f"that may meet them; {INTACT_US:.0f} us of pause before the intact frame behind each "
+            "block",
+            f"each of {found['blocks']} intact frames decoded, with the link values that the "
+            f"model has; all {found['pulses']} pulses within the limits of their output; no fault "
+            "of the main loop, which never stood still; no reset",
         )
     ]

@@ -26,7 +26,8 @@ from ghst_tools.campaign.verdict import Trial
 
 def _bytes(setting: Setting) -> Iterator[tuple[str, Trial]]:
     effort, seed = setting.effort, setting.seed
-    yield "library", partial(library_bytes.fuzz, seed, effort.library_bytes)
+    for name, paused in (("library", True), ("library, no pause", False)):
+        yield name, partial(library_bytes.fuzz, seed, effort.library_bytes, paused)
     yield "wire", lambda: wire_bytes.fuzz(setting.picos, seed, effort.wire_bytes)
     yield (
         "firmware",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
 
 from ghst_tools import boards
 from ghst_tools.campaign import (
@@ -18,24 +18,30 @@ from ghst_tools.campaign import (
     starts,
     wire_bytes,
 )
+from ghst_tools.campaign.again import blocks_of
 from ghst_tools.campaign.areas import AREAS
 from ghst_tools.campaign.effort import SHORT, Effort
 from ghst_tools.campaign.picos import Picos
 from ghst_tools.campaign.setting import Setting
-from ghst_tools.campaign.verdict import expect
+from ghst_tools.campaign.verdict import Case, Wrong, expect
 from ghst_tools.errors import GhstError
 from ghst_tools.files import write_file
 
 FOLDER = "host_tests/campaign/cases"
 
 
-def trial_case(area: str, name: str, setting: Setting) -> dict[str, Any]:
-    """A trial as a case: what failed without saying more is done again as a whole."""
-    effort = asdict(setting.effort)
+def trial_case(
+    area: str, name: str, setting: Setting, counts: Mapping[str, int] | None = None
+) -> Case:
+    """A trial as a case: what failed without saying more is done again as a whole.
+
+    `counts`: those of its effort with which it ends where it failed.
+    """
+    effort = asdict(setting.effort) | dict(counts or {})
     return {"kind": "trial", "area": area, "name": name, "seed": setting.seed, "effort": effort}
 
 
-def _replay_trial(case: dict[str, Any], picos: Picos) -> None:
+def _replay_trial(case: Case, picos: Picos) -> None:
     # Counts that have come since are those of the short form; those that are gone do not matter.
     known = {field.name for field in fields(Effort)}
     effort = asdict(SHORT) | {name: n for name, n in case["effort"].items() if name in known}
@@ -65,7 +71,36 @@ def folder() -> Path:
     return boards.checkout() / FOLDER
 
 
-def save(case: dict[str, Any], reason: str, where: Path | None = None) -> Path:
+def to_save(wrong: Wrong, area: str, name: str, setting: Setting) -> tuple[Case, str]:
+    """The smallest case that goes wrong again, done here and now, and what was found out by it.
+
+    A trial is not done again: its seed and effort make it the same.
+    """
+    if wrong.case is None:
+        return trial_case(area, name, setting), "the whole trial: it names nothing smaller"
+    if _fails(wrong.case, setting):
+        return wrong.case, "done again, it went wrong again"
+    for case in wrong.wider:
+        if _fails(case, setting):
+            blocks = len(blocks_of(case)) - 1
+            return case, f"alone it was right; done again behind the {blocks} before it, wrong"
+    tried = "".join(f", behind {len(blocks_of(case)) - 1} before it too" for case in wrong.wider)
+    upto = "the trial up to there" if wrong.counts else "the whole trial"
+    return (
+        trial_case(area, name, setting, wrong.counts),
+        f"{upto}: done again alone, it was right{tried}",
+    )
+
+
+def _fails(case: Case, setting: Setting) -> bool:
+    try:
+        replay(case, setting.picos)
+    except Exception:
+        return True
+    return False
+
+
+def save(case: Case, reason: str, where: Path | None = None) -> Path:
     """Write a case to a file that is named after its contents; returns its path."""
     text = json.dumps(case | {"reason": reason}, indent=1) + "\n"
     name = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:12]
@@ -74,7 +109,7 @@ def save(case: dict[str, Any], reason: str, where: Path | None = None) -> Path:
     return path
 
 
-def load(path: Path) -> dict[str, Any]:
+def load(path: Path) -> Case:
     """Read a case. `GhstError` if the file is none."""
     try:
         case = json.loads(path.read_bytes())
@@ -85,6 +120,6 @@ def load(path: Path) -> dict[str, Any]:
     return case
 
 
-def replay(case: dict[str, Any], picos: Picos) -> None:
+def replay(case: Case, picos: Picos) -> None:
     """Do again what once went wrong; raises what the trial raises if it still does."""
     REPLAYS[case["kind"]](case, picos)

@@ -134,6 +134,7 @@ def on_unix(which: str, texts: Sequence[bytes]) -> list[Outcome]:
             env={"MICROPYPATH": f"{root / 'lib'}:{root}:.frozen"},
             capture_output=True,
             text=True,
+            timeout=60 + len(texts),
         )
     lines = done.stdout.splitlines()
     if done.returncode or len(lines) != len(texts):

@@ -11,10 +11,11 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import takewhile
-from typing import IO, Any
+from typing import IO
 
 from ghst_tools import boards, micropython_image
-from ghst_tools.campaign.verdict import Row, Wrong
+from ghst_tools.campaign.again import EARLIER
+from ghst_tools.campaign.verdict import Case, Row, Wrong
 
 LONGEST = 80
 _END = b"~~~"
@@ -95,8 +96,15 @@ def on_unix(
         said = found[right] if right < len(found) else error
         line, number = expected[right]
         # A line may have begun in the batch before.
-        typed = all_batches[max(0, number - 1) : number + 1]
-        raise Wrong(f"unix port: {said!r}, must be {line!r}", console_case(typed, names))
+        lengths = (2, *(1 + length for length in EARLIER))
+        case, *wider = (
+            console_case(all_batches[max(0, number + 1 - length) : number + 1], names)
+            for length in lengths
+        )
+        wrong = Wrong(f"unix port: {said!r}, must be {line!r}", case)
+        wrong.wider = wider
+        wrong.counts = {"console_bytes": sum(map(len, all_batches[: number + 1]))}
+        raise wrong
     if found[right:] != ["free"]:
         raise Wrong(f"unix port: behind all lines: {found[right:]}, {error}")
     kinds = Counter(_kind(line) for line, _ in expected)
@@ -130,12 +138,12 @@ def _run(typed: IO[bytes], names: Sequence[str], limit_s: float) -> tuple[list[s
     return out.splitlines(), error.strip()
 
 
-def console_case(pieces: Sequence[bytes], names: Sequence[str]) -> dict[str, Any]:
+def console_case(pieces: Sequence[bytes], names: Sequence[str]) -> Case:
     """What was typed as a case that can be saved."""
     return {"kind": "console", "pieces": [piece.hex() for piece in pieces], "names": list(names)}
 
 
-def replay(case: dict[str, Any]) -> None:
+def replay(case: Case) -> None:
     """Type a saved case; raises Wrong."""
     on_unix([bytes.fromhex(piece) for piece in case["pieces"]], case["names"], 60)
 

@@ -8,11 +8,16 @@ from __future__ import annotations
 
 import os
 import pickle
+import select
+import signal
 import traceback
 from collections.abc import Callable
 from typing import TypeVar
 
 Result = TypeVar("Result")
+
+_LIMIT_S = 12 * 3600
+"""Far beyond what the longest flight takes: ends an emulator that hangs."""
 
 
 class ChildError(Exception):
@@ -20,7 +25,7 @@ class ChildError(Exception):
 
 
 def in_child(function: Callable[[], Result]) -> Result:
-    """What `function` returns, called in a fork. Raises ChildError if it raises."""
+    """What `function` returns, called in a fork. Raises ChildError if it raises or hangs."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -35,8 +40,13 @@ def in_child(function: Callable[[], Result]) -> Result:
             os._exit(0)
     os.close(writer)
     with os.fdopen(reader, "rb") as pipe:
+        answered, _, _ = select.select([pipe], [], [], _LIMIT_S)
+        if not answered:
+            os.kill(child, signal.SIGKILL)
         answer = pipe.read()
     _, status = os.waitpid(child, 0)
+    if not answered:
+        raise ChildError(f"no answer within {_LIMIT_S} s")
     if not answer:
         raise ChildError(f"the child ended with status {status}")
     result, failure = pickle.loads(answer)

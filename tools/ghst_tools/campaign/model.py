@@ -83,6 +83,7 @@ class Model:
     vtx_setups: int = 0
     vtx_controls: int = 0
     skipped_bytes: int = 0
+    msp_lost: int = 0
     msp_waiting: list[bytes] = field(default_factory=list)
     pending: bytes = b""
     frame_bytes: int = 0
@@ -107,7 +108,15 @@ class Model:
         self._skip(max(0, len(self.pending) - 1))
         return self.frames - before
 
-    def discard(self) -> None:
+    def next_msp(self, payload: bytearray) -> bool:
+        """Copies the payload of the oldest MSP frame that waits; False if none does."""
+        if not self.msp_waiting:
+            return False
+        payload[:] = self.msp_waiting[0]
+        self.msp_waiting = self.msp_waiting[1:]
+        return True
+
+    def discard_partial(self) -> None:
         """Drops an unfinished frame, as a line that goes quiet inside it does."""
         self.skipped_bytes += len(self.pending)
         self.pending = b""
@@ -137,6 +146,7 @@ class Model:
         elif kind in (0x21, 0x22):
             if whole:
                 self.msp_frames += 1
+                self.msp_lost += len(self.msp_waiting) == 8
                 self.msp_waiting = [*self.msp_waiting, payload][-8:]
             else:
                 self.unknown_frames += 1
@@ -168,12 +178,18 @@ class Model:
             self.vtx_control = tail
 
 
+VALUES = tuple(
+    entry.name
+    for entry in fields(Model)
+    if entry.name not in ("pending", "frame_bytes", "msp_waiting", "msp_lost")
+)
+"""What a `ghst.Receiver` has at any time; `msp_lost` it counts when `next_msp` is called."""
+
+
 def differences(model: Model, receiver: object) -> list[str]:
     """One line for each value in which a `ghst.Receiver` is not as the model."""
     lines = []
-    for name in (entry.name for entry in fields(model)):
-        if name in ("pending", "frame_bytes", "msp_waiting"):
-            continue
+    for name in VALUES:
         wanted, found = getattr(model, name), getattr(receiver, name)
         if name == "pulses":
             found = list(found)

@@ -13,7 +13,6 @@ from ghst_tools import boards, micropython_image
 from ghst_tools.campaign import cases, document
 from ghst_tools.campaign.areas import AREAS
 from ghst_tools.campaign.effort import LONG, SEED, SHORT
-from ghst_tools.campaign.fork import ChildError
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, Wrong
 from ghst_tools.errors import GhstError
@@ -27,17 +26,18 @@ def attempt(
 ) -> tuple[list[Row], bool]:
     """Run a trial; its rows, and whether all was right.
 
-    What fails is saved: the case that it names, or else the trial itself.
+    Whatever it raises, it has failed, and what fails is saved: the case that it names, or else the
+    trial itself.
     """
-    case = None
     try:
         return trial(), True
-    except Wrong as wrong:
-        reason, case = str(wrong), wrong.case
-    except (TimeoutError, ChildError) as error:
-        reason = f"{type(error).__name__}: {error}"
-    path = cases.save(case or cases.trial_case(area, name, setting), reason)
-    reason += f" (saved as {path.name})"
+    except Wrong as error:
+        wrong = error
+    except Exception as error:
+        wrong = Wrong(f"{type(error).__name__}: {error}")
+    case, remark = cases.to_save(wrong, area, name, setting)
+    path = cases.save(case, f"{wrong} ({remark})")
+    reason = f"{wrong} (saved as {path.name}; {remark})"
     console.print(f"  {name}: WRONG: {reason}", style="bold red", markup=False)
     return [Row(name, "", f"WRONG: {reason}")], False
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Any
 
-from ghst_tools.campaign import console_bytes, serial_streams
+from ghst_tools.campaign import again, console_bytes, serial_streams
 from ghst_tools.campaign.line import CENTRE
 from ghst_tools.campaign.periods import Periods
 from ghst_tools.campaign.pico import NO_SENSORS, SERVOS, Pico
 from ghst_tools.campaign.picos import Picos, forked, no_exception
 from ghst_tools.campaign.setting import Setting
-from ghst_tools.campaign.verdict import Row, Trial, equal, expect
+from ghst_tools.campaign.verdict import Case, Row, Trial, equal, expect
 
 _NAME = re.compile(rb"^\(?(\w+)\)?", re.MULTILINE)
 _RATE_HZ = 100
@@ -56,7 +55,7 @@ def type_in(pico: Pico, batch: bytes, number: int, flying: bool) -> int:
     return said.count(_REFUSED)
 
 
-def check_still(pico: Pico, case: dict[str, Any]) -> None:
+def check_still(pico: Pico, case: Case) -> None:
     """No output has moved, and no compare register was written."""
     equal(pico.compares, [], "compare writes without a link", case)
     for pin in SERVOS:
@@ -72,7 +71,7 @@ class Flight:
         pico.board.run_for(100e6)
         self._periods = Periods(pico, self._receiver.sent[0].end_ns)
 
-    def check(self, case: dict[str, Any]) -> int:
+    def check(self, case: Case) -> int:
         """Each frame since the last call was written to the outputs; how many these were."""
         pico, receiver = self._pico, self._receiver
         # The last frame may be on its way.
@@ -100,34 +99,42 @@ def fuzz_console(pico: Pico, seed: int, total: int, flying: bool) -> tuple[int, 
     before = pico.board.flash_filesystem()
     flight = Flight(pico) if flying else None
     count = frames = refused = 0
-    for number, batch in enumerate(serial_streams.batches(seed, total, names, flying)):
-        refused += type_in(pico, batch, number, flying)
-        count += len(batch)
-        case = serial_case([batch], flying)
-        if flight:
-            frames += flight.check(case)
-        else:
-            check_still(pico, case)
-        pico.board.console.output.clear()
+    batches = partial(serial_streams.batches, seed, total, names, flying)
+
+    def case_of(batch: bytes) -> tuple[Case, int]:
+        # The trials with and without a link have half of the bytes each.
+        return serial_case([batch], flying), 2 * len(batch)
+
+    with again.among(batches(), case_of, "serial_bytes"):
+        for number, batch in enumerate(batches()):
+            refused += type_in(pico, batch, number, flying)
+            count += len(batch)
+            case = serial_case([batch], flying)
+            if flight:
+                frames += flight.check(case)
+            else:
+                check_still(pico, case)
+            pico.board.console.output.clear()
     equal(pico.board.flash_filesystem() == before, True, "the file system is as it was")
     expect("stood still 0 times" in pico.reply_to_enter(), "the main loop stood still")
     expect(not pico.board.resets, "the watchdog has reset the board")
     return count, frames, refused
 
 
-def serial_case(pieces: Sequence[bytes], flying: bool) -> dict[str, Any]:
+def serial_case(pieces: Sequence[bytes], flying: bool) -> Case:
     """What was typed as a case that can be saved."""
     return {"kind": "serial", "pieces": [piece.hex() for piece in pieces], "flying": flying}
 
 
-def replay(case: dict[str, Any], picos: Picos) -> None:
+def replay(case: Case, picos: Picos) -> None:
     """Type a saved case into a started board; raises Wrong."""
     pico = picos.boot(_CONFIGURATION)
 
     def trial() -> None:
         pico.board.run_for(300e6)
         flight = Flight(pico) if case["flying"] else None
-        for number, piece in enumerate(case["pieces"]):
+        pieces = [piece for one in again.blocks_of(case) for piece in one["pieces"]]
+        for number, piece in enumerate(pieces):
             type_in(pico, bytes.fromhex(piece), number, case["flying"])
             if flight:
                 flight.check(case)

@@ -148,19 +148,15 @@ def restarts(typed: bytes, names: Sequence[bytes], linked: bool) -> bool:
 
 def everything(seed: int, total: int, names: Sequence[bytes]) -> Iterator[bytes]:
     """Batches for a console whose commands do nothing: nothing is left out."""
-    return _batches(seed, total, names, WITH_LINK, lambda batch: False)
+    return _batches(seed, total, names, WITH_LINK, b"", lambda batch: False)
 
 
 def batches(seed: int, total: int, names: Sequence[bytes], linked: bool) -> Iterator[bytes]:
     """Pieces of about `BATCH` bytes, `total` in all; none stops or restarts the application."""
-    for batch in _batches(
-        seed,
-        total,
-        names,
-        WITH_LINK if linked else KINDS,
-        lambda typed: restarts(typed.translate(None, _STOPPING), names, linked),
-    ):
-        yield batch.translate(None, _STOPPING)
+    kinds = WITH_LINK if linked else KINDS
+    return _batches(
+        seed, total, names, kinds, _STOPPING, lambda typed: restarts(typed, names, linked)
+    )
 
 
 def _batches(
@@ -168,6 +164,7 @@ def _batches(
     total: int,
     names: Sequence[bytes],
     kinds: dict[str, Maker],
+    without: bytes,
     left_out: Callable[[bytes], bool],
 ) -> Iterator[bytes]:
     rng = random.Random(seed)
@@ -176,7 +173,7 @@ def _batches(
     while made < total:
         batch = b""
         while len(batch) < BATCH:
-            longer = batch + rng.choice(makers)(rng, names)
+            longer = batch + rng.choice(makers)(rng, names).translate(None, without)
             if not left_out(longer):
                 batch = longer
         made += len(batch)

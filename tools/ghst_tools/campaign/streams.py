@@ -78,6 +78,12 @@ def repeated(rng: random.Random) -> bytes:
     return data[:at] + data[at : at + 1] * rng.randrange(2, 20) + data[at:]
 
 
+def msp_burst(rng: random.Random) -> bytes:
+    """MSP frames, one behind the other: as many as may wait in a receiver, and more."""
+    count = rng.choice((1, 2, 3, 8, 9, 12))
+    return b"".join(frame(FC, rng.choice((0x21, 0x22)), rng.randbytes(10)) for _ in range(count))
+
+
 KINDS: dict[str, Callable[[random.Random], bytes]] = {
     "random": noise,
     "false starts": dense_noise,
@@ -87,6 +93,7 @@ KINDS: dict[str, Callable[[random.Random], bytes]] = {
     "truncated": truncated,
     "repeated": repeated,
     "right CRC, wild content": wild_frame,
+    "bursts of MSP": msp_burst,
 }
 
 

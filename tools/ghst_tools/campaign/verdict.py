@@ -19,20 +19,30 @@ class Row:
 Trial = Callable[[], list[Row]]
 
 
-class Wrong(Exception):
-    """Something happened that must not; `case` is what makes it happen again (`cases`)."""
+Case = dict[str, Any]
+"""What makes something happen again, as JSON has it (`cases`)."""
 
-    def __init__(self, text: str, case: dict[str, Any] | None = None) -> None:
+
+class Wrong(Exception):
+    """Something happened that must not.
+
+    `case` is to make it happen again; `wider` are larger ones, for when that is not enough, and
+    `counts` those of the trial's effort with which it ends there.
+    """
+
+    def __init__(self, text: str, case: Case | None = None) -> None:
         super().__init__(text)
         self.case = case
+        self.wider: list[Case] = []
+        self.counts: dict[str, int] = {}
 
 
-def expect(right: bool, text: str, case: dict[str, Any] | None = None) -> None:
+def expect(right: bool, text: str, case: Case | None = None) -> None:
     """Raise Wrong with `text` unless `right`."""
     if not right:
         raise Wrong(text, case)
 
 
-def equal(found: object, wanted: object, what: str, case: dict[str, Any] | None = None) -> None:
+def equal(found: object, wanted: object, what: str, case: Case | None = None) -> None:
     """Raise Wrong, naming both, unless they are equal."""
     expect(found == wanted, f"{what}: {found!r}, must be {wanted!r}", case)

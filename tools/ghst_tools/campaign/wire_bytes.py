@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Sequence
-from typing import Any
 
-from ghst import decoder  # type: ignore[import-not-found]
-from ghst_tools.campaign import streams
+from ghst_tools.campaign import again, streams
 from ghst_tools.campaign.model import Model
 from ghst_tools.campaign.outputs import Outputs
 from ghst_tools.campaign.pico import FAILSAFE_NS, Pico
 from ghst_tools.campaign.picos import Picos, forked, no_exception
-from ghst_tools.campaign.verdict import Row, equal, expect
+from ghst_tools.campaign.shown import Shown
+from ghst_tools.campaign.verdict import Case, Row, equal, expect
 
 # In the main loop: whatever takes of the heap is told.
 WATCH_HEAP = (
@@ -22,17 +21,6 @@ WATCH_HEAP = (
 )
 HEAP_SETUP = "import gc; taken = before = 0; gc.collect(); gc.disable(); before = gc.mem_alloc()"
 
-_COUNTERS = {
-    "frames": decoder.FRAMES,
-    "crc_errors": decoder.CRC_ERRORS,
-    "length_errors": decoder.LENGTH_ERRORS,
-    "unknown_frames": decoder.UNKNOWN_FRAMES,
-    "foreign_frames": decoder.FOREIGN_FRAMES,
-    "msp_frames": decoder.MSP_FRAMES,
-    "vtx_setups": decoder.VTX_SETUPS,
-    "vtx_controls": decoder.VTX_CONTROLS,
-    "skipped_bytes": decoder.SKIPPED_BYTES,
-}
 _FRAME_BYTES = 14
 _BYTE_US = 10e6 / 420_000
 _GAP_US = 150.0
@@ -45,6 +33,8 @@ _EARLY_NS, _LATE_NS = 5e3, 100e3
 _FAILSAFE_LATE_NS = 20e6
 _PATIENCE_US = (180.0, 124.0)
 """How long the firmware waits for what is to complete a frame: once, and for each byte."""
+INTACT_US = 400.0
+"""Before the intact frame behind a block."""
 _PAUSES_US = (0.0, 0.0, 0.0, 0.0, 20.0, 90.0, 300.0, 1700.0)
 
 Send = tuple[float, bytes]
@@ -55,7 +45,7 @@ def sends(seed: int, total: int) -> Iterator[list[Send]]:
     """The blocks of `streams` with pauses between their pieces; the sentinel after a long one."""
     rng = random.Random(seed)
     for *pieces, last in streams.blocks(seed, total):
-        yield [(rng.choice(_PAUSES_US), piece) for piece in pieces] + [(400.0, last)]
+        yield [(rng.choice(_PAUSES_US), piece) for piece in pieces] + [(INTACT_US, last)]
 
 
 class Listener:
@@ -71,6 +61,7 @@ class Listener:
 
     def __init__(self, model: Model) -> None:
         self.model = model
+        self.shown = Shown()
         self.now_us = 0.0
         self.controls: list[tuple[float, list[int]]] = []
         self._unread = b""
@@ -86,7 +77,7 @@ class Listener:
         if pause_us > _BURST_ENDS_US:
             if self._burst % _FRAME_BYTES:
                 self._look(self.now_us + _GAP_US)
-                self.model.discard()
+                self.model.discard_partial()
             self._burst = 0
         self.now_us += pause_us
         for index in range(len(data)):
@@ -101,7 +92,7 @@ class Listener:
         least_us, byte_us = _PATIENCE_US
         waited_us = now_us - self._looked_us - _HANDLER_US
         if waited_us > least_us + byte_us * len(self._unread):
-            self.model.discard()
+            self.model.discard_partial()
         self._looked_us = now_us
         unread, self._unread = self._unread, b""
         found = self.model.feed(unread)
@@ -111,7 +102,7 @@ class Listener:
 
 
 def one_block(pico: Pico, outputs: Outputs, listener: Listener, block: Sequence[Send]) -> None:
-    """Send a block; every counter, channel and pulse has to be as the model has it."""
+    """Send a block; the decoder's memory and every pulse have to be as the model has them."""
     case = wire_case(block)
     end = pico.at(300e3)
     for pause_us, data in block:
@@ -123,11 +114,9 @@ def one_block(pico: Pico, outputs: Outputs, listener: Listener, block: Sequence[
         listener.controls.clear()
     equal(controls, 1, "the model did not decode the intact frame", case)
     pico.board.run_for(end + _BEHIND_NS - pico.board.now_ns)
-    model = listener.model
-    found = {name: pico.word(index) for name, index in _COUNTERS.items()}
-    wanted = {name: getattr(model, name) for name in _COUNTERS}
-    equal(found, wanted, "counters on the chip", case)
-    equal(pico.pulses(), model.pulses, "channels on the chip", case)
+    listener.shown.look(pico.board, pico.memory_address, pico.pulses())
+    different = listener.shown.differences(listener.model)
+    expect(not different, f"on the chip: {'; '.join(different)}", case)
     outputs.check(case=case)
 
 
@@ -150,26 +139,28 @@ def fuzz_adapter(pico: Pico, seed: int, total: int) -> tuple[int, str]:
     heap = b"heap taken" not in pico.board.console.output
     expect(heap, f"the heap: {bytes(pico.board.console.output[-200:])!r}")
     return count, (
-        f"counters and channels as the model has them after each of {blocks} "
-        f"blocks, the intact frame behind each decoded ({listener.model.frames} control frames); "
-        f"{outputs.shown()}, and none in failsafe at the end; no exception, no byte of the heap, "
+        "every counter, channel, link value, video setting and MSP payload as the model has it "
+        f"after each of {blocks} blocks, each intact frame decoded ({listener.model.frames} "
+        f"control frames); {outputs.shown()}, and none in failsafe at the end; no exception, no byte of the heap, "
         "no reset"
     )
 
 
-def wire_case(block: Sequence[Send]) -> dict[str, Any]:
+def wire_case(block: Sequence[Send]) -> Case:
     """A block as a case that can be saved."""
     return {"kind": "wire", "sends": [[pause_us, data.hex()] for pause_us, data in block]}
 
 
-def replay(case: dict[str, Any], picos: Picos) -> None:
+def replay(case: Case, picos: Picos) -> None:
     """Run a saved case on a started board; raises Wrong."""
-    block = [(pause_us, bytes.fromhex(data)) for pause_us, data in case["sends"]]
     pico = picos.run(WATCH_HEAP, setup=HEAP_SETUP, watchdog=True)
 
     def trial() -> None:
         outputs = Outputs(pico)
-        one_block(pico, outputs, Listener(outputs.model), block)
+        listener = Listener(outputs.model)
+        for one in again.blocks_of(case):
+            block = [(us, bytes.fromhex(data)) for us, data in one["sends"]]
+            one_block(pico, outputs, listener, block)
         outputs.finish()
 
     forked(trial)
@@ -178,12 +169,17 @@ def replay(case: dict[str, Any], picos: Picos) -> None:
 def fuzz(picos: Picos, seed: int, total: int) -> list[Row]:
     """`total` bytes over the wire to an adapter whose memory is looked into."""
     pico = picos.run(WATCH_HEAP, setup=HEAP_SETUP, watchdog=True)
-    count, happened = forked(lambda: fuzz_adapter(pico, seed, total))
+
+    def case_of(block: list[Send]) -> tuple[Case, int]:
+        return wire_case(block), sum(len(data) for _, data in block)
+
+    with again.among(sends(seed, total), case_of, "wire_bytes"):
+        count, happened = forked(lambda: fuzz_adapter(pico, seed, total))
     return [
         Row(
             "bytes, emulated wire",
             f"{count:,} bytes of the same kinds, bit by bit, with pauses of 0 to 1700 us between "
-            "the pieces",
+            f"the pieces, and of {INTACT_US:.0f} us before the intact frame behind each block",
             happened,
         )
     ]
