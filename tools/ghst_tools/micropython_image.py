@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -62,6 +63,16 @@ def unix_micropython() -> Path:
     if not program.is_file():
         raise GhstError("MicroPython's unix port is not installed: run 'make .venv'")
     return program
+
+
+def unix_version() -> str:
+    """Version of the unix port, such as `1.25.0`; it need not be the one of the image."""
+    program = "import sys; print(*[part for part in sys.implementation.version if part != ''])"
+    done = subprocess.run(
+        [unix_micropython(), "-c", program], capture_output=True, text=True, timeout=60
+    )
+    numbers, *stage = re.findall(r"^\d+ \d+ \d+|\w+$", done.stdout.strip())
+    return "-".join([numbers.replace(" ", "."), *stage])
 
 
 def mpy_cross() -> Path:

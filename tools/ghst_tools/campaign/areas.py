@@ -41,17 +41,19 @@ class Area:
 
     title: str
     trials: Callable[[Setting], Iterator[tuple[str, Trial]]]
+    unix_port: bool = False
+    """Whether MicroPython's unix port takes part."""
 
 
 AREAS = {
-    "bytes": Area("Bytes", _bytes),
+    "bytes": Area("Bytes", _bytes, unix_port=True),
     "line": Area("Line", line.trials),
     "time": Area("Time", timing.trials),
     "cpu": Area("CPU", cpu.trials),
     "power": Area("Power", power.trials),
-    "files": Area("Files", configuration_files.trials),
-    "starts": Area("Starts", starts.trials),
-    "serial": Area("Serial", serial_bytes.trials),
+    "files": Area("Files", configuration_files.trials, unix_port=True),
+    "starts": Area("Starts", starts.trials, unix_port=True),
+    "serial": Area("Serial", serial_bytes.trials, unix_port=True),
     "flight": Area("Flight", flight.trials),
     "mutation": Area("Mutations", mutation.trials),
 }

@@ -203,7 +203,9 @@ def trials(setting: Setting) -> Iterator[tuple[str, Trial]]:
         flight += ", frames until the heap is full and" if name in _FILLING else ", then"
         yield what, partial(run, what, f"{flight} 0.4 s more", act)
     yield "deaf", partial(run, "interrupts off", "for 50 ms, by a user's code", deaf)
-    for each in RESETS if chosen is None else ():
+    for each in RESETS:
+        if chosen is not None and each.what not in chosen:
+            continue
         act = partial(reset, fault=each)
         done = f"{each.done}, in flight at {_RATE_HZ} Hz; the receiver goes on sending"
         yield each.what, partial(run, each.what, done, act)

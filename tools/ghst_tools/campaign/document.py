@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import platform
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 from importlib.metadata import version
+from pathlib import Path
 
+from ghst_tools import micropython_image
 from ghst_tools.bench.document import NOT_MODELLED
 from ghst_tools.campaign.verdict import Row
+from ghst_tools.revision import firmware_digest
 
 _INTRODUCTION = """\
 # The reliability campaign
@@ -36,7 +39,9 @@ The long form is for a night: its hour of flight takes hours, since the emulator
 of CPU time for a second of it, and so do the broken files that the emulated board reads. A section
 says what its run did, which may be a share of the long form.
 
-The firmware is the one in this tree at that date, unmodified. What the emulator does not model:
+The firmware is unmodified, and each section names it by the digest of its files when the run of
+its area began; `ghst --version` prints the digest of the one in this tree. What the emulator does
+not model:
 
 {not_modelled}
 """
@@ -49,27 +54,46 @@ class Section:
     title: str
     command: str
     seed: int
+    began: Beginning
     seconds: float
     rows: Sequence[Row]
 
 
-def versions(micropython: str) -> str:
-    """What took part, in a line; `micropython` is the image's version."""
-    return ", ".join(
-        (
-            f"micropython-ghst {version('micropython-ghst')}",
-            f"MicroPython {micropython}",
-            f"rp2040py {version('rp2040py')}",
-            f"Python {platform.python_version()}",
+@dataclass(frozen=True)
+class Beginning:
+    """When the run of an area began, and what took part then."""
+
+    day: date
+    firmware: str
+    taking_part: str
+
+    @classmethod
+    def now(cls, image: Path, unix_port: bool) -> Beginning:
+        """Today, and what is in use now; `unix_port`: whether that takes part."""
+        micropython = f"MicroPython {micropython_image.version_of(image)}"
+        if unix_port:
+            micropython += f" (unix port: {micropython_image.unix_version()})"
+        firmware = firmware_digest()
+        return cls(
+            date.today(),
+            firmware,
+            ", ".join(
+                (
+                    f"firmware {firmware}",
+                    f"micropython-ghst {version('micropython-ghst')}",
+                    micropython,
+                    f"rp2040py {version('rp2040py')}",
+                    f"Python {platform.python_version()}",
+                )
+            ),
         )
-    )
 
 
-def update(old: str, order: Sequence[str], new: Mapping[str, Section], taking_part: str) -> str:
+def update(old: str, order: Sequence[str], new: Sequence[Section]) -> str:
     """The document with the sections in `new` in place of those it had; `order`: all titles."""
     parts = {part.split("\n", 1)[0]: part for part in re.split(r"^## ", old, flags=re.M)[1:]}
-    for title, section in new.items():
-        parts[title] = _section(section, taking_part)
+    for section in new:
+        parts[section.title] = _section(section)
     introduction = _INTRODUCTION.format(
         not_modelled="\n".join(f"- {line}" for line in NOT_MODELLED)
     )
@@ -77,12 +101,12 @@ def update(old: str, order: Sequence[str], new: Mapping[str, Section], taking_pa
     return "\n".join([introduction, *kept])
 
 
-def _section(section: Section, taking_part: str) -> str:
+def _section(section: Section) -> str:
     lines = [
         section.title,
         "",
-        f"`{section.command}` on {date.today()}, seed {section.seed}, in "
-        f"{section.seconds:.0f} s of the host's time; {taking_part}.",
+        f"`{section.command}` on {section.began.day}, seed {section.seed}, in "
+        f"{section.seconds:.0f} s of the host's time; {section.began.taking_part}.",
         "",
         "| fault | what was done | what happened |",
         "| --- | --- | --- |",

@@ -23,9 +23,8 @@ class Effort:
     rate_frames: int
     """At each rate."""
     cpu_faults: tuple[str, ...] | None
-    """None: all, and the resets; the firmware's tests have those."""
+    """Those of the software by name, resets by what they are; None: all."""
     power_cases: int
-    """The tests of the firmware's settings have all of them."""
     files: int
     """Of each kind, on the host and on the unix port."""
     board_files: int
@@ -79,8 +78,8 @@ SHORT = Effort(
     talks=12,
     phases=12,
     rate_frames=8,
-    cpu_faults=("leave", "fill", "sensor", "msp"),
-    power_cases=0,
+    cpu_faults=("leave", "fill", "sensor", "msp", "receiver stopped"),
+    power_cases=1,
     files=500,
     board_files=2,
     boots=2,

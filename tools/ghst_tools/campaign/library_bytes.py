@@ -104,7 +104,7 @@ class Judged(NamedTuple):
     """What the model says after each block, and how many bytes and intact frames it took."""
 
     lines: list[str]
-    count: int
+    total: int
     intact: int
 
 
@@ -209,28 +209,30 @@ def fuzz(seed: int, total: int, paused: bool) -> list[Row]:
     with again.among(made, case_of, "library_bytes"):
         judged = on_cpython(made, paused)
         on_unix(made, judged.lines, 60 + total / 5_000, paused)
-    blocks = len(judged.lines)
+    pause = "never a pause, the intact frame behind each block follows at once"
     if paused:
         pause = "`discard_partial` before the intact frame behind each block"
-        intact = f"each of {blocks} intact frames decoded"
-    else:
-        pause = "the intact frame behind each block at once, never a pause"
-        intact = (
-            f"{judged.intact} of {blocks} intact frames decoded at once; before each of the other "
-            f"{blocks - judged.intact} were bytes that the model, too, has for the beginning of a "
-            "frame which ends in it with the right CRC"
-        )
     happened = (
         "every counter, pulse, link value, video setting and MSP payload as an independent model "
         "has it after each block, every byte part of a frame, counted as skipped or waiting for "
-        f"its rest; {intact}; {_frames(judged)} control frames in all; no exception"
+        f"its rest; {_intact(judged)}; {_frames(judged)} control frames in all; no exception"
     )
     kinds = ", ".join(streams.KINDS)
     name = "bytes" if paused else "bytes without a pause"
     return [
-        Row(f"{name}, CPython", f"{judged.count:,} bytes: {kinds}; {pause}", happened),
+        Row(f"{name}, CPython", f"{judged.total:,} bytes: {kinds}; {pause}", happened),
         Row(f"{name}, unix port", "the same bytes, heap locked", f"the same; {NO_HEAP}"),
     ]
+
+
+def _intact(judged: Judged) -> str:
+    lost = len(judged.lines) - judged.intact
+    if not lost:
+        return f"each of {judged.intact} intact frames decoded"
+    return (
+        f"{judged.intact} intact frames decoded; before each of {lost} others were bytes that the "
+        "model, too, has for the beginning of a frame which ends in it with the right CRC"
+    )
 
 
 def _frames(judged: Judged) -> str:

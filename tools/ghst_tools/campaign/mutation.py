@@ -13,18 +13,18 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from ghst_tools import boards
+from ghst_tools import boards, device_files
 from ghst_tools.campaign.mutations import LIBRARY, MUTATIONS, Mutation
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, Wrong, expect
+from ghst_tools.errors import GhstError
 
 _PARTS = ("boards", "docs", "firmware", "host_tests", "lib", "tools", "pyproject.toml")
 _LIMIT_S = 3600
 """Far beyond what any selection takes: ends tests that hang."""
 _PASSED, _FAILED = 0, 1
-# A board that does not even start is an error of the test's fixture: ERROR, not FAILED.
-_FAILURE = re.compile(r"^(FAILED|ERROR) host_tests/\S+?::(.+?)(?: - .*)?$", re.MULTILINE)
-_HOW = {"FAILED": "", "ERROR": ", before its test begins"}
+# What cannot be collected or set up is an ERROR.
+_FAILURE = re.compile(r"^FAILED host_tests/\S+?::(.+?)(?: - .*)?$", re.MULTILINE)
 
 
 def mutated(mutation: Mutation, root: Path) -> str:
@@ -63,25 +63,40 @@ def _pytest(root: Path, tests: tuple[str, str]) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
+def _compile(mutation: Mutation, root: Path) -> None:
+    """Compile the changed file for CPython, and for a board if boards have it. Raises Wrong."""
+    path = root / mutation.path
+    board = boards.load(boards.DEFAULT_BOARD)
+    try:
+        compile(path.read_bytes(), path, "exec")
+        modules = device_files.sources(root, board)
+        for name in [name for name in modules if modules[name] == path]:
+            text = device_files.folded(modules)[name]
+            device_files.compile_module(path, name, board.mpy_arch, text)
+    except (SyntaxError, ValueError, GhstError) as error:
+        raise Wrong(f"{mutation.what}: does not compile: {error}") from error
+
+
 def _selection(tests: tuple[str, str]) -> str:
     return f"pytest host_tests/{tests[0]} -k '{tests[1]}'"
 
 
 def noticed(mutation: Mutation) -> list[Row]:
-    """The tests fail with the mutation."""
+    """The changed file compiles, and a test fails with it."""
     with _copy() as root:
         text = mutated(mutation, root)
         (root / mutation.path).write_text(text, encoding="utf-8")
+        _compile(mutation, root)
         status, output = _pytest(root, mutation.tests)
     selection = _selection(mutation.tests)
     if status == _PASSED:
         raise Wrong(f"{mutation.what}: not noticed by {selection}")
     failed = _FAILURE.search(output)
     if status != _FAILED or failed is None:
-        raise Wrong(f"{mutation.what}: {selection} did not run: {output[-500:]}")
+        raise Wrong(f"{mutation.what}: no test of {selection} failed: {output[-500:]}")
     old = " / ".join(line.strip() for line in mutation.old.strip().splitlines())
     done = f"{mutation.path}: `{old}`"
-    return [Row(mutation.what, done, f"noticed by {failed[2]}{_HOW[failed[1]]} ({selection})")]
+    return [Row(mutation.what, done, f"noticed by {failed[1]} ({selection})")]
 
 
 def unbroken(mutations: Sequence[Mutation]) -> list[Row]:

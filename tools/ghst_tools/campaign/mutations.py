@@ -154,6 +154,20 @@ LIBRARY = (
         _behaviour("samples"),
     ),
     Mutation(
+        "telemetry asked for by another bit",
+        _RECEIVER,
+        "word(self.memory, RF_PROTOCOL) & 0x20",
+        "word(self.memory, RF_PROTOCOL) & 0x80",
+        _behaviour("link"),
+    ),
+    Mutation(
+        "video power with its second byte in the wrong place",
+        _RECEIVER,
+        "self.memory[VTX_SETUP + 4] << 8",
+        "self.memory[VTX_SETUP + 4] << 4",
+        _behaviour("link"),
+    ),
+    Mutation(
         "an MSP chunk that may be missing",
         _MSP,
         "elif status & 15 != self._sequence:",

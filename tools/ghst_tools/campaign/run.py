@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Trial, Wrong
 from ghst_tools.errors import GhstError
 from ghst_tools.files import write_file
+from ghst_tools.revision import firmware_digest
 
 DOCUMENT = "docs/reliability.md"
 
@@ -43,14 +45,21 @@ def attempt(
 
 
 def campaign(
-    setting: Setting, names: list[str], command: str, console: Console
-) -> tuple[dict[str, document.Section], int]:
-    """Run areas and show what happens; the sections by title, and how many trials went wrong."""
-    sections = {}
+    setting: Setting,
+    names: list[str],
+    command: str,
+    console: Console,
+    out: Path | None,
+) -> int:
+    """Run areas and show what happens; how many trials went wrong.
+
+    `out`: the document, which gets the section of each area when that has ended.
+    """
     wrong = 0
     for name in names:
         area = AREAS[name]
         rows: list[Row] = []
+        began = document.Beginning.now(setting.image, area.unix_port)
         started = time.monotonic()
         console.print(f"{area.title}, seed {setting.seed}", style="bold")
         for trial_name, trial in area.trials(setting):
@@ -60,23 +69,36 @@ def campaign(
             rows += found
             for row in found if right else ():
                 console.print(f"  {row.fault}: {row.done}: {row.happened}", markup=False)
+        for reason in _not_valid(rows, began):
+            wrong += 1
+            rows.append(Row(area.title, "", f"WRONG: {reason}"))
+            console.print(f"  {name}: WRONG: {reason}", style="bold red", markup=False)
         seconds = time.monotonic() - started
-        if rows:
-            sections[area.title] = document.Section(
-                area.title, f"{command} {name}", setting.seed, seconds, rows
-            )
-    return sections, wrong
+        if out is not None:
+            line = f"{command} {name}"
+            write(out, document.Section(area.title, line, setting.seed, began, seconds, rows))
+    return wrong
 
 
-def write(out: Path, sections: dict[str, document.Section], image: Path) -> None:
-    """Put these sections into the document at `out`, which keeps its others."""
+def _not_valid(rows: list[Row], began: document.Beginning) -> Iterator[str]:
+    if not rows:
+        yield "there is no trial in it"
+    if firmware_digest() != began.firmware:
+        yield f"the files of the firmware are no longer those of {began.firmware}"
+
+
+def read(out: Path) -> str:
+    """What is in the document so far."""
     try:
-        old = out.read_text(encoding="utf-8") if out.exists() else ""
+        return out.read_text(encoding="utf-8") if out.exists() else ""
     except (OSError, UnicodeDecodeError) as error:
         raise GhstError(f"{out} cannot be read: {error}") from error
-    taking_part = document.versions(micropython_image.version_of(image))
+
+
+def write(out: Path, section: document.Section) -> None:
+    """Put a section into the document at `out`, which keeps its others."""
     order = [area.title for area in AREAS.values()]
-    write_file(out, document.update(old, order, sections, taking_part).encode())
+    write_file(out, document.update(read(out), order, [section]).encode())
 
 
 @click.command()
@@ -139,11 +161,13 @@ def command(
         line += f" --board-files {board_files}"
     setting = Setting(micropython_image.find(image), effort, seed)
     names = list(areas) or list(AREAS)
-    sections, wrong = campaign(setting, names, line, Console(highlight=False, soft_wrap=True))
     if out is None and not short:
         out = boards.checkout() / DOCUMENT
     if out is not None:
-        write(out, sections, setting.image)
+        # Not only when the first area has ended.
+        read(out)
+    wrong = campaign(setting, names, line, Console(highlight=False, soft_wrap=True), out)
+    if out is not None:
         click.echo(f"{out} written")
     if wrong:
         raise GhstError(f"{wrong} trials went wrong")
