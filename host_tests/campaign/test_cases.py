@@ -1,6 +1,7 @@
 """What once went wrong in the campaign, done again; and that it would be noticed."""
 
 import re
+import subprocess
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from ghst_tools.campaign.picos import Picos
 from ghst_tools.campaign.run import attempt
 from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Wrong
+from ghst_tools.emulator.repl import DeviceError
 from ghst_tools.errors import GhstError
 
 FILES = sorted(cases.folder().glob("*.json"))
@@ -42,13 +44,14 @@ def test_a_wrong_result_is_noticed_and_becomes_a_case(
         # A receiver that takes one pulse too long for right.
         patch.setattr(Model, "_control", one_pulse_too_long)
         setting = Setting(picos.image, SHORT, SEED)
-        trial = partial(library_bytes.fuzz, 1, 200)
+        trial = partial(library_bytes.fuzz, 1, 200, True)
         _, right = attempt("bytes", "library", trial, setting, console)
         assert not right
     saved = list(tmp_path.glob("*.json"))
     assert len(saved) == 1
     case = cases.load(saved[0])
-    assert case["kind"] == "bytes" and "not as the model" in case["reason"]
+    assert case["kind"] == "bytes" and "not as the model: pulses=" in case["reason"]
+    assert case["reason"].endswith("(done again, it went wrong again)")
     assert f"saved as {saved[0].name}" in console.text
     cases.replay(case, picos)
     with monkeypatch.context() as patch:
@@ -58,7 +61,13 @@ def test_a_wrong_result_is_noticed_and_becomes_a_case(
 
 
 @pytest.mark.parametrize(
-    "error", [Wrong("it moved"), TimeoutError("it moved"), ChildError("it moved")], ids=repr
+    "error",
+    [
+        *(Wrong("it moved"), TimeoutError("it moved"), ChildError("it moved")),
+        *(DeviceError("it moved"), ValueError("it moved"), GhstError("it moved")),
+        subprocess.TimeoutExpired("it moved", 60),
+    ],
+    ids=repr,
 )
 def test_a_failure_without_a_case_is_saved_as_its_trial(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, picos: Picos, error: Exception
@@ -88,6 +97,15 @@ def test_a_failure_without_a_case_is_saved_as_its_trial(
     assert asked[-1].picos is picos
     with pytest.raises(Wrong, match="no trial line, 'flying' any more"):
         cases.replay(case | {"name": "flying"}, picos)
+
+
+def test_ctrl_c_is_no_failure(monkeypatch: pytest.MonkeyPatch, picos: Picos) -> None:
+    def trial() -> list[Row]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cases, "save", lambda *arguments: pytest.fail("saved"))
+    with pytest.raises(KeyboardInterrupt):
+        attempt("line", "moving", trial, Setting(picos.image, SHORT, 7), Recorder())
 
 
 def test_a_whole_trial_as_a_case_is_the_trial_of_its_area(picos: Picos) -> None:
@@ -121,23 +139,33 @@ def test_an_exception_on_cpython_is_noticed(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(ghst.Receiver, "feed", fail)
     with pytest.raises(Wrong, match="CPython: IndexError: of the test") as wrong:
         library_bytes.on_cpython([BLOCK])
-    assert wrong.value.case == library_bytes.bytes_case(BLOCK)
+    assert wrong.value.case == library_bytes.bytes_case(BLOCK, True)
 
 
-def test_an_exception_on_the_unix_port_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    expected, _ = library_bytes.on_cpython([BLOCK])
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        ("bytearray(length)", r"(.|\n)*MemoryError"),
+        ("__import__('sys').exit()", "nothing, the model has"),
+        ("__import__('time').sleep(60)", "no answer within 2 s"),
+    ],
+)
+def test_a_failure_of_the_unix_port_is_noticed(
+    monkeypatch: pytest.MonkeyPatch, code: str, told: str
+) -> None:
+    expected = library_bytes.on_cpython([BLOCK]).lines
     program = library_bytes._PROGRAM
-    failing = program.replace("receiver.feed(piece, length)", "bytearray(length)")
+    failing = program.replace("receiver.feed(piece, length)", code)
     assert failing != program
     monkeypatch.setattr(library_bytes, "_PROGRAM", failing)
-    with pytest.raises(Wrong, match=r"unix port: (.|\n)*MemoryError") as wrong:
-        library_bytes.on_unix([BLOCK], expected, 60)
-    assert wrong.value.case == library_bytes.bytes_case(BLOCK)
+    with pytest.raises(Wrong, match=f"unix port: {told}") as wrong:
+        library_bytes.on_unix([BLOCK], expected, 2)
+    assert wrong.value.case == library_bytes.bytes_case(BLOCK, True)
 
 
 def test_another_state_of_the_chip_is_noticed(picos: Picos, monkeypatch: Any) -> None:
     monkeypatch.setattr(Model, "_control", one_pulse_too_long)
-    with pytest.raises(Wrong, match="channels on the chip"):
+    with pytest.raises(Wrong, match="on the chip: pulses: "):
         wire_bytes.replay(wire_bytes.wire_case([(0.0, BLOCK[0]), (400.0, BLOCK[1])]), picos)
 
 

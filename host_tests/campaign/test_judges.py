@@ -10,7 +10,7 @@ from ghst_tools.campaign import configuration_files, corruption, mutation, start
 from ghst_tools.campaign.configuration_files import defaults
 from ghst_tools.campaign.configuration_readers import USER, on_host
 from ghst_tools.campaign.merge import compare
-from ghst_tools.campaign.mutations import LIBRARY
+from ghst_tools.campaign.mutations import LIBRARY, Mutation
 from ghst_tools.campaign.verdict import Wrong
 
 TEXT = corruption.user_file()
@@ -64,13 +64,39 @@ def test_limits_are_those_of_the_file_or_else_of_the_kind() -> None:
 
 
 @pytest.mark.parametrize(
-    ("word", "told"),
-    [("FAILED", "noticed by test_it (pytest"), ("ERROR", "noticed by test_it, before its test")],
+    ("status", "line", "told"),
+    [
+        (1, "FAILED host_tests/library/test_x.py::test_it - AssertionError: no", ""),
+        (1, "ERROR host_tests/library/test_x.py::test_it - AssertionError: no", "no test of"),
+        (2, "ERROR host_tests/library/test_x.py - NameError: no", "no test of"),
+        (5, "", "no test of"),
+        (0, "", "not noticed by"),
+    ],
 )
-def test_a_fixture_that_fails_is_told_from_a_test(
-    monkeypatch: pytest.MonkeyPatch, word: str, told: str
+def test_only_a_test_that_fails_has_noticed(
+    monkeypatch: pytest.MonkeyPatch, status: int, line: str, told: str
 ) -> None:
-    output = f"F\n{word} host_tests/library/test_x.py::test_it - AssertionError: no\n1 failed\n"
-    monkeypatch.setattr(mutation, "_pytest", lambda root, tests: (1, output))
-    (row,) = mutation.noticed(LIBRARY[0])
-    assert row.happened.startswith(told)
+    monkeypatch.setattr(mutation, "_pytest", lambda root, tests: (status, f"F\n{line}\n1 ...\n"))
+    if told:
+        with pytest.raises(Wrong, match=told):
+            mutation.noticed(LIBRARY[0])
+    else:
+        (row,) = mutation.noticed(LIBRARY[0])
+        assert row.happened.startswith("noticed by test_it (pytest")
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new"),
+    [
+        ("lib/ghst/decoder.py", "0x1D5", "0x1D5 +"),
+        # Both are Python, but no machine code.
+        ("lib/ghst/decoder.py", "0x1D5", "1.5"),
+        ("firmware/shape_thumb.py", "    ble(DECIDED)\n", "    blue(DECIDED)\n"),
+    ],
+)
+def test_a_mutation_has_to_compile(
+    monkeypatch: pytest.MonkeyPatch, path: str, old: str, new: str
+) -> None:
+    monkeypatch.setattr(mutation, "_pytest", lambda root, tests: pytest.fail("run"))
+    with pytest.raises(Wrong, match="does not compile"):
+        mutation.noticed(Mutation("one that is none", path, old, new, LIBRARY[0].tests))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -10,28 +12,34 @@ from click.testing import CliRunner
 from ghst_tools import boards
 from ghst_tools.campaign import cases, document, run
 from ghst_tools.campaign.areas import AREAS, Area
-from ghst_tools.campaign.effort import LONG
+from ghst_tools.campaign.effort import LONG, SEED, SHORT
+from ghst_tools.campaign.setting import Setting
 from ghst_tools.campaign.verdict import Row, Wrong
 from ghst_tools.cli import ghst
+from ghst_tools.revision import firmware_digest
 
 ORDER = ("First", "Second", "Third")
 
 
-def section(title: str, happened: str) -> document.Section:
+def section(title: str, happened: str, versions: str) -> document.Section:
     """A section with one row."""
-    return document.Section(title, "ghst campaign x", 1, 2.4, [Row("a fault", "done", happened)])
+    rows = [Row("a fault", "done", happened)]
+    began = document.Beginning(date(2026, 1, 2), "abc", versions)
+    return document.Section(title, "ghst campaign x", 1, began, 2.4, rows)
 
 
 def test_a_section_takes_the_place_of_its_old_one_and_no_other() -> None:
-    first = document.update("", ORDER, {t: section(t, "good") for t in ("Third", "First")}, "v1")
+    sections = [section(title, "good", "v1") for title in ("Third", "First")]
+    first = document.update("", ORDER, sections)
     assert [line for line in first.splitlines() if line[:3] == "## "] == ["## First", "## Third"]
-    later = {t: section(t, "better | or\nnot") for t in ("Second", "Third")}
-    second = document.update(first, ORDER, later, "v2")
+    later = [section(title, "better | or\nnot", "v2") for title in ("Second", "Third")]
+    second = document.update(first, ORDER, later)
     parts = second.split("## ")
     assert [part.split("\n")[0] for part in parts[1:]] == list(ORDER)
     assert parts[1] == first.split("## ")[1].split("## ")[0]
     assert "| a fault | done | better \\| or not |" in parts[3] and "v2" in parts[3]
-    assert document.update(second, ORDER, {}, "v3") == second
+    assert "`ghst campaign x` on 2026-01-02, seed 1, in 2 s of the host's time; v2." in parts[3]
+    assert document.update(second, ORDER, []) == second
 
 
 def trials(setting: object) -> object:
@@ -58,11 +66,54 @@ def test_what_goes_wrong_is_told_saved_and_written(command: CliRunner, tmp_path:
     assert result.exit_code == 1
     assert result.stderr == "ghst: 1 trials went wrong\n"
     (saved,) = (tmp_path / "cases").iterdir()
-    assert cases.load(saved) == {"kind": "bytes", "pieces": ["00"], "reason": "it moved"}
+    remark = "done again, it went wrong again"
+    reason = f"it moved ({remark})"
+    assert cases.load(saved) == {"kind": "bytes", "pieces": ["00"], "reason": reason}
     text = out.read_text()
     assert "| a fault | done | nothing |" in text
-    assert f"| wrong |  | WRONG: it moved (saved as {saved.name}) |" in text
+    assert f"| wrong |  | WRONG: it moved (saved as {saved.name}; {remark}) |" in text
     assert "`ghst campaign --short line` on " in text and ", seed 1, " in text
+    assert f"; firmware {firmware_digest()}, micropython-ghst " in text and "unix" not in text
+
+
+def test_what_has_ended_is_in_the_document_whatever_comes_then(
+    command: CliRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(setting: object) -> object:
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(AREAS, "time", Area("Time", stop))
+    monkeypatch.setattr(cases, "save", lambda case, reason: tmp_path / "case")
+    out = tmp_path / "reliability.md"
+    result = command.invoke(ghst, ["campaign", "--short", "line", "time", "--out", str(out)])
+    assert result.exit_code == 130
+    assert "\n## Line\n" in out.read_text() and "\n## Time\n" not in out.read_text()
+
+
+def test_an_area_without_a_trial_is_wrong(
+    command: CliRunner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(AREAS, "time", Area("Time", lambda setting: iter(())))
+    result = command.invoke(ghst, ["campaign", "--short", "time"])
+    assert result.exit_code == 1 and "time: WRONG: there is no trial in it" in result.stdout
+
+
+def test_a_firmware_that_is_changed_during_the_run_is_wrong(
+    command: CliRunner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run, "firmware_digest", lambda: "another")
+    result = command.invoke(ghst, ["campaign", "--short", "line"])
+    assert f"are no longer those of {firmware_digest()}" in result.stdout
+
+
+def test_the_unix_ports_version_is_told_where_it_takes_part(micropython_image: Path) -> None:
+    both = document.Beginning.now(micropython_image, unix_port=True).taking_part
+    assert re.search(r", MicroPython \d+\.\d+\.\d+ \(unix port: \d+\.\d+\.\d+(-\w+)?\), ", both)
+
+
+def test_each_area_has_trials_in_the_short_form() -> None:
+    for area in AREAS.values():
+        assert list(area.trials(Setting(Path(), SHORT, SEED))), area.title
 
 
 def test_the_short_form_writes_nothing_unless_asked_to(

@@ -92,7 +92,7 @@ def _has_decoded(model: Model, intact: bytes) -> bool:
     alone = Model()
     alone.feed(intact)
     pairs = zip(model.pulses, alone.pulses, strict=True)
-    return all(found == pulse for found, pulse in pairs if pulse)
+    return alone.frames == 1 and all(found == pulse for found, pulse in pairs if pulse)
 
 
 def _differences(found: Sequence[str], wanted: Sequence[str]) -> str:
@@ -163,6 +163,8 @@ def on_unix(
                 timeout=limit_s,
             )
             said, error = done.stdout, done.stderr.strip()
+            if done.returncode and not error:
+                error = f"the program ended with {done.returncode}"
         except subprocess.TimeoutExpired as expired:
             said = (expired.stdout or b"").decode()
             error = f"no answer within {limit_s:.0f} s"
@@ -172,7 +174,9 @@ def on_unix(
     right = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
     if right < len(expected):
         words = found[right].split() if right < len(found) else []
-        reason = error or _differences(words, expected[right].split())
+        reason = " ".join([*found[right:], error])
+        if not error:
+            reason = _differences(words, expected[right].split())
         at = next(islice(all_blocks, right, None))
         raise Wrong(f"unix port: {reason}", bytes_case(at, paused))
 
