@@ -57,6 +57,7 @@ def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, micropython_image: 
     """The command, with an area of two trials, and cases in a folder of the test's."""
     monkeypatch.setitem(AREAS, "line", Area("Line", trials))
     monkeypatch.setattr(cases, "folder", lambda: tmp_path / "cases")
+    monkeypatch.setattr(cases, "_fails", lambda case, setting: True)
     return CliRunner()
 
 

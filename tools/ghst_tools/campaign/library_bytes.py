@@ -174,7 +174,7 @@ def on_unix(
     right = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
     if right < len(expected):
         words = found[right].split() if right < len(found) else []
-        reason = " ".join([*found[right:], error])
+        reason = " ".join([*found[right:], error])[-1000:]
         if not error:
             reason = _differences(words, expected[right].split())
         at = next(islice(all_blocks, right, None))
