@@ -21,7 +21,7 @@ _HALF_BIT_NS = 1.2e3
 
 _COUNTER = 0x40050008
 _SLICE_BYTES = 0x14
-_COUNT_NS = 312.5
+COUNT_NS = 312.5
 _SLICES = sorted({pin >> 1 & 7 for pin in SERVOS})
 # The beginning of a period is known to a count, a width to the chip's grid.
 _BEGIN_ERROR_NS = 1e3
@@ -73,7 +73,7 @@ class Outputs:
         self._next_ns, self._written = {}, {}
         for pin in SERVOS:
             counter = pico.board.read32(_COUNTER + _SLICE_BYTES * (pin >> 1 & 7))
-            self._next_ns[pin] = now - _COUNT_NS * counter + PERIOD_NS
+            self._next_ns[pin] = now - COUNT_NS * counter + PERIOD_NS
             self._written[pin] = deque([(0.0, 0)])
         pico.compares.clear()
         for pulses in pico.meter.pulses.values():
@@ -182,8 +182,8 @@ class Outputs:
                 expect(abs(at) < _BEGIN_ERROR_NS, f"{prefix}a pulse on GP{pin} {at} ns off", case)
                 width = pulses[seen].width_ns
                 seen += 1
-            right = any(abs(_COUNT_NS * n - (width or 0)) < _WIDTH_ERROR_NS for n in wanted)
-            due = " or ".join(f"{_COUNT_NS * n / 1e3} us" if n else "none" for n in wanted)
+            right = any(abs(COUNT_NS * n - (width or 0)) < _WIDTH_ERROR_NS for n in wanted)
+            due = " or ".join(f"{COUNT_NS * n / 1e3} us" if n else "none" for n in wanted)
             shown = f"a pulse of {width / 1e3} us" if width else "no pulse"
             expect(right, f"{prefix}{shown} on GP{pin}, must be {due}", case)
             self._next_ns[pin] += PERIOD_NS

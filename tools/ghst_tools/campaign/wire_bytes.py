@@ -141,8 +141,8 @@ def fuzz_adapter(pico: Pico, seed: int, total: int) -> tuple[int, str]:
     return count, (
         "every counter, channel, link value, video setting and MSP payload as the model has it "
         f"after each of {blocks} blocks, each intact frame decoded ({listener.model.frames} "
-        f"control frames); {outputs.shown()}, and none in failsafe at the end; no exception, no byte of the heap, "
-        "no reset"
+        f"control frames); {outputs.shown()}, and none in failsafe at the end; no exception, no "
+        "byte of the heap, no reset"
     )
 
 
