@@ -141,7 +141,19 @@ def _battery(
 def _gps(search, uart, minimum_satellites, configure):
     from firmware.sensors.gps import Gps
 
-    return Gps(uart, minimum_satellites=minimum_satellites, configure=configure)
+    gps = Gps(uart, minimum_satellites=minimum_satellites, configure=configure)
+    # The watchdog bites in the air, too: then home is not where the model is now.
+    gps.takes_home = not _restarted_by_watchdog()
+    return gps
+
+
+def _restarted_by_watchdog():
+    if sys.platform == "esp32":
+        return machine.reset_cause() == machine.WDT_RESET
+    from firmware import chip
+
+    register = chip.this_chip().WATCHDOG + chip.WATCHDOG_REASON
+    return machine.mem32[register] & 1 != 0
 
 
 def _bus(search, i2c):

@@ -35,6 +35,7 @@ class Gps:
     home lies seen from here). Home is the last of the first five good positions in a row: in
     three dimensions, from enough satellites, not above a PDOP of 5.00, and with UBX not less
     exact than 10 m. Of a receiver that tells no PDOP for seconds, HDOP counts, up to 2.50.
+    `takes_home`: False for one that may be in the air already, then home stays unknown.
     `updates`: solutions so far, `faults`: sentences and frames that were broken or made no sense,
     and how often the receiver was lost, both modulo 2^30. `baudrate`: None while it is searched
     for; `protocol`: "NMEA", "UBX", None before the first solution.
@@ -59,6 +60,7 @@ class Gps:
         self.points = array("i", (0, 0, 0, 0))
         self.updates = self.faults = 0
         self.home_fix = False
+        self.takes_home = True
         self.baudrate = self.protocol = None
         self.forget()
         # The ESP-IDF takes no buffer that is smaller than what the UART itself holds.
@@ -97,8 +99,9 @@ class Gps:
         self.home_distance_m = self.home_direction_decideg = None
 
     def reset_home(self):
-        """Forgets home: the next good position becomes it."""
+        """Forgets home: the next good position becomes it, in the air, too."""
         self.home_fix = False
+        self.takes_home = True
         self.home_distance_m = self.home_direction_decideg = None
 
     def describe(self):
@@ -112,4 +115,6 @@ class Gps:
             text += f", {self.satellites} satellites"
         if self.home_distance_m is not None:
             text += f", home {self.home_distance_m} m"
+        elif not self.takes_home:
+            text += ", no home: restarted by the watchdog"
         return f"{text}, {self.protocol or 'no solution'} at {self.baudrate} baud"

@@ -175,7 +175,7 @@ class GpsReader:
             self._good = 0
         elif self._good < _GOOD_FOR_HOME:
             self._good += 1
-        if self._good == _GOOD_FOR_HOME and not gps.home_fix:
+        if self._good == _GOOD_FOR_HOME and gps.takes_home and not gps.home_fix:
             _copy(points, 0, points, 2)
             gps.home_fix = True
         if fix and gps.home_fix:

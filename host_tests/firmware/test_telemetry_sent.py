@@ -21,6 +21,7 @@ from ghst_tools.emulator.gps_messages import Place
 
 LINK = ghst.encode.link_data(0x13, (1984,) * 4, rf_mode=6)
 RACE_HZ = 160
+PIO1_CTRL = 0x50300000
 STICKS = ghst.encode.channels(0x30, (48, 4048, 1048, 3048), (3, 253, 64, 192))
 USER = b"""
 def setup(application):
@@ -133,6 +134,26 @@ def test_satellites_without_a_fix_and_nothing_of_a_silent_gps(equipped: Pico) ->
     gps.stop()
     board.run_for(2.5e9)
     assert heard(300e6) == (set(), [])
+
+
+@forked
+def test_home_is_unknown_after_a_restart_by_the_watchdog(equipped: Pico) -> None:
+    """Which it may have done in the air: home would be where the model is."""
+    board = equipped.board
+    place = Place(47.3, 8.5, 412.0, 12.0, 90.0, satellites=9)
+    NmeaGps(board.uart(0), board.clock, lambda t_ns: place, period_ms=400).start()
+    board.write32(PIO1_CTRL, 0)  # the tick stops, which feeds the watchdog
+    board.run_until(lambda: bool(board.resets), 1.2e9)
+    board.run_for(4.5e9)
+    receiver = equipped.fly(lambda index, t: LINK, RACE_HZ)
+    board.run_for(400e6)
+    frames = [ghst.downlink.decode(frame.frame) for frame in receiver.downlink]
+    motions = [frame for frame in frames if isinstance(frame, ghst.downlink.GpsSecondary)]
+    assert len(motions) >= 2
+    assert {(motion.satellites, motion.fix, motion.home_fix) for motion in motions} == {
+        (9, True, False)
+    }
+    assert [motion.home_dist_m for motion in motions] == [0] * len(motions)
 
 
 @forked
