@@ -40,8 +40,8 @@ of CPU time for a second of it, and so do the broken files that the emulated boa
 says what its run did, which may be a share of the long form.
 
 The firmware is unmodified, and each section names it by the digest of its files when the run of
-its area began; `ghst --version` prints the digest of the one in this tree. What the emulator does
-not model:
+its area began; `ghst --version` prints the digest of the one in this tree. A section without one
+is older than the digests, and so is its firmware. What the emulator does not model:
 
 {not_modelled}
 """
