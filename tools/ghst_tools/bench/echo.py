@@ -68,10 +68,10 @@ ECHO_WAYS: dict[str, dict[str, Sequence[Change]]] = {
 }
 
 
-def cost(rig: Rig, effort: Effort) -> tuple[str, str]:
+def cost(rig: Rig, effort: Effort) -> tuple[int, float]:
     """CPU cycles of an echo's interrupt, and the share of the CPU with one behind each frame."""
     talking = Talking(rig)
     without = talking.rounds(effort.share_s)
     left, _ = talking.rounds_in_flight(effort.share_s, SHARE_HZ, talk=True)
     _, echo = talking.interrupts()  # at each place in the ring it is the same
-    return f"{echo}", f"{100 * (1 - left / without):.2f} %"
+    return echo, 100 * (1 - left / without)

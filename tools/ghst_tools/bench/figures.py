@@ -47,6 +47,8 @@ IDLE = "idle"
 COLLECTING = "garbage collection all the time"
 FLOODING = "USB flooded all the time"
 SENSORS = "the application, all sensors on"
+# And the worst case made on purpose.
+MEETING = "idle, each frame meets the tick"
 
 
 @dataclass
@@ -56,16 +58,26 @@ class Findings:
     latencies_us: dict[str, list[float]] = field(default_factory=dict)
     """Last stop bit to last compare register, for each load of the main loop."""
     lost: int = 0
+    kinds_us: dict[str, dict[str, list[float]]] = field(default_factory=dict)
+    """The same for other outputs than eight plain ones: kind -> load -> times."""
+    kinds_percent: dict[str, float] = field(default_factory=dict)
+    """Of the CPU at 500 Hz, with control frames alone, for each of these."""
+    broken: int = 0
+    """Telemetry frames without all their stop bits."""
     slots_us: dict[str, list[float]] = field(default_factory=dict)
     """When telemetry began behind the last control frame, for each load."""
     share_percent: float = 100.0
     """Of the CPU at 500 Hz, with control frames alone."""
     talking_percent: float = 100.0
     """The same with telemetry behind each of them."""
+    ways_percent: dict[str, float] = field(default_factory=dict)
+    """The same for other ways to take the echo."""
     kept: dict[str, int] = field(default_factory=dict)
     """Bytes of RAM with nothing connected, for each form of the firmware."""
     heap_bytes: int = -1
     pulse_errors_us: list[float] = field(default_factory=list)
+    wrong_pulses: int = 0
+    """Those that are not the step nearest to what the frame demands."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +87,8 @@ class Effort:
     loads: tuple[str, ...]
     latency_frames: int
     """For each load of the main loop."""
+    kinds_frames: int
+    """For each load and each kind of outputs but eight plain ones."""
     collisions: int
     """Frames that meet the tick."""
     pulse_s: float
@@ -91,6 +105,7 @@ class Effort:
 FULL = Effort(
     loads=(IDLE, COLLECTING, FLOODING, SENSORS),
     latency_frames=2000,
+    kinds_frames=400,
     collisions=60,
     pulse_s=1.5,
     failsafe_phases=10,
@@ -103,6 +118,7 @@ FULL = Effort(
 QUICK = Effort(
     loads=(IDLE,),
     latency_frames=40,
+    kinds_frames=20,
     collisions=10,
     pulse_s=0.2,
     failsafe_phases=2,

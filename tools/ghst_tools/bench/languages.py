@@ -14,7 +14,7 @@ from ghst_tools.errors import GhstError
 from ghst_tools.micropython_image import print_to_stderr
 
 _SOURCE = Path(__file__).with_name("frame.c")
-_COMPILER = "arm-none-eabi-gcc"
+COMPILER = "arm-none-eabi-gcc"
 _OPTIONS = ("-mcpu=cortex-m0plus", "-mthumb", "-O2", "-ffreestanding", "-nostdlib", "-Wall")
 _CODE_BYTES = 512
 _FRAME = encode.channels(0x30, (48, 4048, 1048, 3048), (3, 253, 64, 192))
@@ -108,8 +108,15 @@ _NAMES = {
     "bytecode": "bytecode",
     "native": "@micropython.native",
     "viper": "@micropython.viper",
-    "c": f"C, {_COMPILER} -O2",
+    "c": f"C, {COMPILER} -O2",
 }
+
+
+def compiler_version() -> str:
+    """Of the compiler of frame.c; GhstError if there is none and none can be installed."""
+    toolchain.need(False, print_to_stderr)
+    done = subprocess.run([COMPILER, "-dumpfullversion"], capture_output=True, text=True)
+    return done.stdout.strip()
 
 
 def compiled() -> bytes:
@@ -118,7 +125,7 @@ def compiled() -> bytes:
     with tempfile.TemporaryDirectory() as name:
         elf, code = Path(name, "frame.elf"), Path(name, "frame.bin")
         commands: tuple[list[str | Path], ...] = (
-            [_COMPILER, *_OPTIONS, "-Wl,-Ttext=0,-e,decode", "-o", elf, _SOURCE],
+            [COMPILER, *_OPTIONS, "-Wl,-Ttext=0,-e,decode", "-o", elf, _SOURCE],
             ["arm-none-eabi-objcopy", "-O", "binary", "-j", ".text", elf, code],
         )
         for command in commands:

@@ -39,6 +39,7 @@ def pulses(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     verdicts = judge.verdicts.values()
     errors_us = [error / 1e3 for verdict in verdicts for _, error in verdict.errors]
     findings.pulse_errors_us = errors_us
+    findings.wrong_pulses = len(judge.wrong)
     jitter = [_jitter_us(running.meter.pulses[pin]) for pin in rig.servos]
     table = Table(
         "Pulse width at the pin",

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 from ghst import encode  # type: ignore[import-not-found]
 from ghst_tools import boards, device_files, filesystem, frozen
@@ -32,6 +33,13 @@ from firmware.adapter import Adapter
 adapter = Adapter({arguments})
 adapter.start()
 """
+# Of what the board's configuration says, as the application does it.
+_START_CONFIGURED = """
+import gc, time
+from firmware.start import control_path
+adapter = control_path()[1]
+adapter.start()
+"""
 
 CONTROL_TYPES = (0x10, 0x11, 0x12, 0x13, 0x14, 0x30, 0x31, 0x32, 0x33, 0x34)
 _LINK_DATA = (0x13, 0x33)
@@ -48,6 +56,7 @@ class Rig:
         self.wire_pin: int = defaults["wire"]["pin"]
         self.servos = {int(pin): point["channel"] for pin, point in defaults["outputs"].items()}
         self._led: int = defaults["led"]["pin"]
+        self._start = _START
 
     @property
     def sources(self) -> dict[str, Path]:
@@ -67,9 +76,29 @@ class Rig:
         varied.files = self.files | device_files.compile_texts(texts, self.definition.mpy_arch)
         return varied
 
+    def with_outputs(self, outputs: Mapping[int, Mapping[str, Any]]) -> Rig:
+        """A rig whose boards have these outputs in their configuration: GPIO -> its values.
+
+        Those that a board has by default have to be among them.
+        """
+        other = copy.copy(self)
+        other.__dict__.pop("asleep", None)
+        other.servos = {pin: point["channel"] for pin, point in outputs.items()}
+        configuration = {"outputs": {f"{pin}": point for pin, point in outputs.items()}}
+        other.files = self.files | {"/ghst.json": json.dumps(configuration).encode()}
+        other._start = _START_CONFIGURED
+        return other
+
     def arguments(self, options: str = "") -> str:
         """The arguments of `Adapter(...)` for this board; `options`: more of them."""
         return f"{self.wire_pin}, {self.servos}, led={self._led}, {options}"
+
+    def starting(self, options: str = "") -> str:
+        """The lines of a program that make `adapter` and start it.
+
+        `options`: more arguments, where no configuration says what it is like.
+        """
+        return self._start.format(arguments=self.arguments(options))
 
     def power_on(self, files: Mapping[str, bytes] | None = None) -> Running:
         """A board with the firmware as users have it, at the moment of power-on.
@@ -89,7 +118,7 @@ class Rig:
 
         `setup`: lines before it.
         """
-        start = _START.format(arguments=self.arguments(options)) + setup
+        start = self.starting(options) + setup
         return self.run(f"{start}{self.ready}\nwhile True:\n    {loop}\n")
 
     @cached_property

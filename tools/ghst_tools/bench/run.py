@@ -18,6 +18,7 @@ from ghst_tools.bench import (
     document,
     goals,
     host,
+    kinds,
     languages,
     memory,
     modules,
@@ -46,9 +47,12 @@ def measurements(
     yield "cycles of the interrupts", partial(share.cycles, rig)
     yield "parts of the interrupt", partial(parts.parts, rig)
     if effort.variant_frames:
-        yield "other ways", partial(variants.variants, rig, effort)
+        yield "other ways", partial(variants.variants, rig, effort, findings)
     yield "four languages", partial(languages.languages, rig)
     yield "share of the CPU", partial(share.share, rig, effort, findings)
+    yield "plain and shaped outputs", partial(kinds.kinds, rig, effort, findings)
+    if effort.variant_frames:
+        yield "other ways for sixteen outputs", partial(kinds.ways, rig, effort)
     yield "pulses at the pins", partial(outputs.pulses, rig, effort, findings)
     yield "failsafe", partial(control_path.failsafe, rig, effort)
     yield "power-on to pulses", partial(outputs.boot, rig, effort)
@@ -60,10 +64,14 @@ def measurements(
 
 
 def bench(image: Path, effort: Effort, command_line: str, out: Path) -> None:
-    """Measure everything, show it, and write it to `out`."""
+    """Measure everything, show it, and write it to `out`.
+
+    Raises GhstError if a goal is missed that is not known to be.
+    """
     console = Console(highlight=False)
     started, worked = time.monotonic(), _cpu_s()
-    tables: list[Table] = []
+    origin = document.origin(micropython_image.version_of(image), command_line)
+    measured: list[Table] = []
     findings = Findings()
     for name, step in measurements(image, effort, findings):
         with console.status(f"measuring: {name}"):
@@ -73,28 +81,41 @@ def bench(image: Path, effort: Effort, command_line: str, out: Path) -> None:
                 raise GhstError(f"{name}: the emulated board does not answer: {error}") from error
         for table in found:
             document.show(console, table)
-        tables += found
-    publish(image, tables, findings, command_line, out)
+        measured += found
+    reached = goals.goals(findings)
+    seconds = time.monotonic() - started
+    publish([*goals.tables(reached), *measured], findings, origin, seconds, out)
     console.print(
-        f"\n{out} written after {time.monotonic() - started:.0f} s, {_cpu_s() - worked:.0f} s of "
-        "them at work",
+        f"\n{out} written after {seconds:.0f} s, {_cpu_s() - worked:.0f} s of them at work",
         soft_wrap=True,
     )
+    check(reached)
 
 
 def publish(
-    image: Path, tables: Sequence[Table], findings: Findings, command_line: str, out: Path
+    tables: Sequence[Table],
+    findings: Findings,
+    origin: document.Origin,
+    seconds: float,
+    out: Path,
 ) -> None:
-    """Show the goals, and write the figures and the plots."""
+    """Show the goals, which come first, and write the figures and the plots."""
     console = Console(highlight=False)
-    reached = goals.goals(findings)
-    document.show(console, reached[0])
-    taking_part = document.versions(micropython_image.version_of(image))
+    for table in tables:
+        if table.title in goals.TITLES:
+            document.show(console, table)
     for line in document.NOT_MODELLED:
         console.print(f"- {line}", style="dim")
-    plots.write(findings, out.parent / PLOTS, document.note(taking_part))
-    text = document.markdown([*reached, *tables], taking_part, command_line)
+    plots.write(findings, out.parent / PLOTS, document.note(origin))
+    text = document.markdown(tables, origin, seconds)
     write_file(out, (text + document.plots(plots.PLOTS, PLOTS)).encode())
+
+
+def check(reached: Sequence[goals.Goal]) -> None:
+    """Raise GhstError if a goal is missed that is not known to be."""
+    failed = [f"{goal.name}: {goal.reached}" for goal in reached if goal.failed]
+    if failed:
+        raise GhstError(f"goals are missed: {'; '.join(failed)}")
 
 
 def _cpu_s() -> float:

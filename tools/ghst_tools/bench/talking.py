@@ -18,11 +18,9 @@ from ghst_tools.emulator.wire import BAUD
 # Counts as fast as the CPU gets round, and leaves it to interrupts only. MicroPython sends what
 # was printed while the program sleeps: from `spin` on nothing comes any more.
 _COUNTING = """
-import micropython, time, uctypes
+import micropython, uctypes
 from array import array
-from firmware.adapter import Adapter
-adapter = Adapter({arguments})
-adapter.start()
+{starting}
 {talking}
 refill()
 adapter.control.discard()
@@ -54,7 +52,7 @@ class Talking:
     def __init__(self, rig: Rig) -> None:
         self.running = rig.run(
             _COUNTING.format(
-                arguments=rig.arguments(),
+                starting=rig.starting(),
                 talking=TALKING_SETUP,
                 ready=rig.ready,
                 pause_ms=_PAUSE_MS,

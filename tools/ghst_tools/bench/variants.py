@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ghst_tools.bench.control_path import latencies_us
 from ghst_tools.bench.echo import ECHO_WAYS, SHARE_HZ, cost
-from ghst_tools.bench.figures import Effort, Spread, Table
+from ghst_tools.bench.figures import Effort, Findings, Spread, Table
 from ghst_tools.bench.rig import Change, Rig
 from ghst_tools.errors import GhstError
 
@@ -116,13 +116,13 @@ _ROOM = _CRC_OF_A_BUFFER + _MSP
 _SCAN = "@micropython.viper\ndef scan("
 
 
-def _inlined(rig: Rig) -> Sequence[Change]:
-    """What puts the decoder's text into the frame interrupt."""
+def inlined(rig: Rig, room: Sequence[Change] = _ROOM) -> Sequence[Change]:
+    """What puts the decoder's text into the frame interrupt, changed by `room`."""
     text = rig.sources[_DECODER].read_text(encoding="utf-8")
     names = re.findall(r"^([A-Z_]+) = const\((.*)\)", text, re.MULTILINE)
     start = text.index("    words = ptr32(memory)\n", text.index("def scan("))
     body = text[start : text.index("    return controls\n", start)]
-    for old, new in _ROOM:
+    for old, new in room:
         body = body.replace(old, new)
     constants = ""
     for name, value in names:
@@ -155,12 +155,13 @@ def others(rig: Rig) -> dict[str, dict[str, Sequence[Change]]]:
         "CRC: assembler, called by the decoder": {
             _DECODER: ((_SCAN, _THUMB), (_CRC_ODD + _CRC_LOOP, _THUMB_CALL))
         },
-        "decoder within the handler (1)": {_INTERRUPTS: _inlined(rig)},
+        "decoder within the handler (1)": {_INTERRUPTS: inlined(rig)},
+        "decoder within the handler, with MSP": {_INTERRUPTS: inlined(rig, _CRC_OF_A_BUFFER)},
         **ECHO_WAYS,
     }
 
 
-def variants(rig: Rig, effort: Effort) -> tuple[Table, ...]:
+def variants(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     """How late the registers are with each of them, and what an echo costs."""
     rows = []
     size = _size(rig)
@@ -177,7 +178,10 @@ def variants(rig: Rig, effort: Effort) -> tuple[Table, ...]:
         spread = Spread.of(found)
         echo = taken = ""
         if not changes or name in ECHO_WAYS:
-            echo, taken = cost(variant, effort)
+            cycles, percent = cost(variant, effort)
+            echo, taken = f"{cycles}", f"{percent:.2f} %"
+            if changes:
+                findings.ways_percent[name] = percent
         rows.append(
             (
                 name,
