@@ -71,7 +71,7 @@ def test_parameters_of_private_functions() -> None:
 
 def test_the_firmware_keeps_its_lines_and_its_public_names() -> None:
     texts = {
-        device_files._dotted(name): text
+        device_files.dotted(name): text
         for name, text in device_files.folded(device_files.sources(boards.checkout())).items()
     }
     short = shorten(texts)

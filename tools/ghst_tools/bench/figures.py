@@ -95,6 +95,9 @@ class Effort:
     failsafe_phases: int
     share_s: float
     heap_frames: int
+    """And rounds of the application's main loop."""
+    heap_sensors: bool
+    """Whether with all sensors, which take seconds until all of them are loaded."""
     host_frames: int
     variant_frames: int
     """For each other way to write the control path; 0: none is tried."""
@@ -110,7 +113,8 @@ FULL = Effort(
     pulse_s=1.5,
     failsafe_phases=10,
     share_s=0.2,
-    heap_frames=500,
+    heap_frames=300,
+    heap_sensors=True,
     host_frames=20_000,
     variant_frames=60,
     frozen=True,
@@ -124,6 +128,7 @@ QUICK = Effort(
     failsafe_phases=2,
     share_s=0.04,
     heap_frames=50,
+    heap_sensors=False,
     host_frames=200,
     variant_frames=0,
     frozen=False,

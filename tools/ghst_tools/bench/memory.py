@@ -1,32 +1,15 @@
-"""Memory: RAM kept, flash, and the heap that a frame takes."""
+"""Memory: RAM kept, and flash."""
 
 from __future__ import annotations
 
-from itertools import islice
+from ghst_tools.bench.figures import Table
+from ghst_tools.bench.rig import Rig
 
-from ghst_tools.bench.figures import Effort, Findings, Table
-from ghst_tools.bench.rig import Rig, control_frames
-
-_RATE_HZ = 500
-_POLL_MS = 20
-
-# The main loop is the application's, without what it prints.
 _PROGRAM = """
-import gc, time
+import gc
 def kept():
     gc.collect()
     return gc.mem_alloc()
-def fly(count):
-    receiver = adapter.receiver
-    while not receiver.frames:
-        pass
-    gc.disable()
-    first = receiver.frames
-    before = gc.mem_alloc()
-    while receiver.frames - first < count:
-        adapter.poll()
-        time.sleep_ms({poll_ms})
-    return receiver.frames - first, gc.mem_alloc() - before
 heap = gc.mem_alloc() + gc.mem_free()
 before = kept()
 from firmware.adapter import Adapter
@@ -35,22 +18,12 @@ adapter = Adapter({arguments})
 adapter.start()
 print("kept", heap, before, imported, kept(), "end")
 {ready}
-print("taken", *fly({count}), "end of flight")
 """
 
 
-def ram(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, Table]:
-    """Bytes of the heap that are in use once everything runs, and that control frames take."""
-    running = rig.run(
-        _PROGRAM.format(
-            arguments=rig.arguments(), ready=rig.ready, count=effort.heap_frames, poll_ms=_POLL_MS
-        )
-    )
-    # Enough for the last round of the main loop.
-    spare = 2 * _POLL_MS * _RATE_HZ // 1000
-    receiver = running.receiver(islice(control_frames(), effort.heap_frames + spare), _RATE_HZ)
-    receiver.start()
-    running.board.run_until(lambda: b"end of flight" in running.board.console.output)
+def ram(rig: Rig) -> tuple[Table, ...]:
+    """Bytes of the heap that are in use once everything runs."""
+    running = rig.run(_PROGRAM.format(arguments=rig.arguments(), ready=rig.ready))
     heap, before, imported, started = running.numbers("kept")
     kept = Table(
         "RAM",
@@ -66,16 +39,7 @@ def ram(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, Table]:
             ("in use then", f"{started}"),
         ),
     )
-    frames, taken = running.numbers("taken")
-    findings.heap_bytes = taken
-    per_frame = Table(
-        "Heap taken by frames",
-        f"gc.mem_alloc() before and after frames at {_RATE_HZ} Hz with the garbage collector "
-        "switched off, while the main loop does what the application's does.",
-        ("frames", "bytes in all"),
-        ((f"{frames}", f"{taken}"),),
-    )
-    return kept, per_frame
+    return (kept,)
 
 
 def flash(rig: Rig) -> tuple[Table, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ghst_tools import kept_memory
+from ghst_tools import device_files, kept_memory
 from ghst_tools.bench.figures import Effort, Findings, Table
 from ghst_tools.bench.goals import KEPT
 from ghst_tools.bench.rig import Rig, Running, control_frames
@@ -98,7 +98,7 @@ def _of_application(rig: Rig) -> int:
     return running.numbers("application")[0]
 
 
-def _with_nothing_connected(rig: Rig) -> int:
+def with_nothing_connected(rig: Rig) -> int:
     """Bytes in use with the defaults, no sensor, and a link."""
     running = rig.power_on(kept_memory.meter(rig.definition))
     running.receiver(control_frames(), _RATE_HZ).start(0.0)
@@ -107,10 +107,7 @@ def _with_nothing_connected(rig: Rig) -> int:
 
 def modules(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     """RAM that each module keeps, and at most takes, from a file and frozen."""
-    names = [
-        name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-        for name in rig.sources
-    ]
+    names = [device_files.dotted(name) for name in rig.sources]
     # As they come at the start; what is left over last.
     names.sort(key=lambda name: (name != "ghst", name != "firmware.app", name))
     if not effort.frozen:
@@ -133,7 +130,7 @@ def modules(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     )
     if not effort.frozen:
         return (kept,)
-    findings.kept = {kind: _with_nothing_connected(each) for kind, each in rigs.items()}
+    findings.kept = {kind: with_nothing_connected(each) for kind, each in rigs.items()}
     application = Table(
         "RAM of the application",
         "gc.mem_alloc() after gc.collect(), with MicroPython's own share and the /user.py that "

@@ -17,6 +17,7 @@ from ghst_tools.bench import (
     decode,
     document,
     goals,
+    heap,
     host,
     kinds,
     languages,
@@ -25,6 +26,7 @@ from ghst_tools.bench import (
     outputs,
     parts,
     plots,
+    ram_ways,
     share,
     variants,
 )
@@ -56,8 +58,11 @@ def measurements(
     yield "pulses at the pins", partial(outputs.pulses, rig, effort, findings)
     yield "failsafe", partial(control_path.failsafe, rig, effort)
     yield "power-on to pulses", partial(outputs.boot, rig, effort)
-    yield "RAM", partial(memory.ram, rig, effort, findings)
+    yield "RAM", partial(memory.ram, rig)
+    yield "heap", partial(heap.heap, rig, effort, findings)
     yield "RAM of the modules", partial(modules.modules, rig, effort, findings)
+    if effort.frozen:
+        yield "ways to keep less in RAM", partial(ram_ways.ram_ways, rig, findings)
     yield "files", partial(memory.flash, rig)
     yield "the library on the host", partial(host.speed, effort)
     yield "decoding recordings on the host", partial(decode.speed, effort)
