@@ -132,14 +132,14 @@ def show(console: Console, table: Table) -> None:
     """Print one table."""
     drawn = RichTable(title=table.title, title_justify="left", box=box.SIMPLE)
     for number, column in enumerate(table.columns):
-        drawn.add_column(column, justify="right" if number else "left")
+        drawn.add_column(column, justify="right" if number and not table.words else "left")
     for row in table.rows:
         drawn.add_row(*(Text(cell) for cell in row))
     console.print(drawn)
 
 
 def _section(table: Table) -> str:
-    ruler = ["---"] + ["---:"] * (len(table.columns) - 1)
+    ruler = ["---"] + ["---" if table.words else "---:"] * (len(table.columns) - 1)
     lines = [table.columns, ruler, *table.rows]
     drawn = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     return f"## {table.title}\n\n{table.how}\n\n{drawn}\n"

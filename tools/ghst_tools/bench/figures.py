@@ -40,6 +40,8 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     repeatable: bool = True
     """Whether every run gives the same figures; false for what depends on the host's speed."""
+    words: bool = False
+    """Whether the columns hold words and no figures."""
 
 
 # What the main loop does meanwhile.
@@ -122,7 +124,7 @@ FULL = Effort(
 QUICK = Effort(
     loads=(IDLE,),
     latency_frames=40,
-    kinds_frames=20,
+    kinds_frames=240,  # p99 is not that of the first two, before all channels have come
     collisions=10,
     pulse_s=0.2,
     failsafe_phases=2,

@@ -32,8 +32,8 @@ _WHY_SIXTEEN = (
     "written in place of four. What would make it faster is measured below; none of it is enough."
 )
 _WHY_RAM = (
-    "What the ways below save is saved already, but for one: without line numbers a traceback "
-    "tells the file alone, and assertions are left out."
+    "The ways to keep less, below, are all in use but one: without line numbers a traceback would "
+    "tell the file alone. What else is kept is code and names; a frozen image has both in flash."
 )
 
 
@@ -115,6 +115,7 @@ def tables(found: Sequence[Goal]) -> tuple[Table, ...]:
         "With the limit that holds in place of the goal.",
         ("goal", "holds instead", "why"),
         tuple((goal.name, goal.instead or "-", goal.why) for goal in missed),
+        words=True,
     )
     return reached, reasons
 

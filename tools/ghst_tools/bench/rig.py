@@ -58,6 +58,10 @@ class Rig:
         self._led: int = defaults["led"]["pin"]
         self._start = _START
 
+    def __getstate__(self) -> dict[str, object]:
+        """What a copy gets, or another process: no board that runs."""
+        return {name: value for name, value in self.__dict__.items() if name != "asleep"}
+
     @property
     def sources(self) -> dict[str, Path]:
         """The modules of the board: name such as `ghst/decoder.py` -> where its source is."""
@@ -72,7 +76,6 @@ class Rig:
                     raise AssertionError(f"{name} has not once: {old}")
                 texts[name] = texts[name].replace(old, new)
         varied = copy.copy(self)
-        varied.__dict__.pop("asleep", None)
         varied.files = self.files | device_files.compile_texts(texts, self.definition.mpy_arch)
         return varied
 
@@ -82,7 +85,6 @@ class Rig:
         Those that a board has by default have to be among them.
         """
         other = copy.copy(self)
-        other.__dict__.pop("asleep", None)
         other.servos = {pin: point["channel"] for pin, point in outputs.items()}
         configuration = {"outputs": {f"{pin}": point for pin, point in outputs.items()}}
         other.files = self.files | {"/ghst.json": json.dumps(configuration).encode()}
