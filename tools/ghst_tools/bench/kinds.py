@@ -37,7 +37,7 @@ _RATE_HZ = 500
 
 _INTERRUPTS, _THUMB = "firmware/interrupts.py", "/lib/firmware/shape_thumb.mpy"
 # What is shaped is within the limits already: failsafe alone is left to be asked for.
-_UNLIMITED = tuple(
+UNLIMITED = tuple(
     (
         f"""\
                 if uint({half} - MINIMUM) > uint(MAXIMUM - MINIMUM):
@@ -120,7 +120,7 @@ def _row(kind: str, found: dict[str, list[float]], share: float) -> tuple[str, .
 def _sixteen(rig: Rig) -> dict[str, Rig]:
     """Sixteen shaped outputs, with the firmware as it is and with others."""
     inlined = rig.variant({_INTERRUPTS: variants.inlined(rig)})
-    unlimited = rig.variant({_INTERRUPTS: _UNLIMITED})
+    unlimited = rig.variant({_INTERRUPTS: UNLIMITED})
     viper = copy.copy(rig)
     viper.files = {path: content for path, content in rig.files.items() if path != _THUMB}
     ways = {

@@ -15,7 +15,7 @@ from ghst_tools.bench.rig import Change, Rig
 _NO_LINE_NUMBERS = 3
 """The level of optimisation that leaves them out, and assertions."""
 
-_REDUCTION: tuple[str, Change] = ("firmware.equip", ("    _reduce()\n    fault", "    fault"))
+REDUCTION: tuple[str, Change] = ("firmware.equip", ("    _reduce()\n    fault", "    fault"))
 
 
 def _rig(
@@ -33,7 +33,7 @@ def _rig(
         points = device_files.dotted(points_table.MODULE)
         texts[points] = points_table.compact(texts[points])
     if kept_start:
-        name, (old, new) = _REDUCTION
+        name, (old, new) = REDUCTION
         if texts[name].count(old) != 1:
             raise AssertionError(f"{name} has not once: {old}")
         texts[name] = texts[name].replace(old, new)
