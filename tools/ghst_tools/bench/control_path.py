@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import islice
@@ -36,6 +37,8 @@ LOADS = {
 _SENSORS_NS = 1.5e9
 _START_LIMIT_NS = 3e9
 
+Frames = Callable[[], Iterator[bytes]]
+
 # A little off 500 Hz, where every frame would keep its phase to the tick of 10 ms.
 _RATE_HZ = 500 / (1 + 1 / 400)
 _SERVED_WITHIN_NS = 1e6
@@ -50,10 +53,11 @@ def latencies_us(running: Running, count: int) -> tuple[list[float], int]:
     return fly(running, count)[:2]
 
 
-def fly(running: Running, count: int) -> tuple[list[float], int, list[DownlinkFrame]]:
-    """The same, and the telemetry that came back."""
-    frames = islice(control_frames(), count)
-    receiver = running.receiver(frames, _RATE_HZ)
+def fly(
+    running: Running, count: int, frames: Iterator[bytes] | None = None
+) -> tuple[list[float], int, list[DownlinkFrame]]:
+    """The same, and the telemetry that came back; `frames`: others than `control_frames()`."""
+    receiver = running.receiver(islice(frames or control_frames(), count), _RATE_HZ)
     before = decoder_state(running.board).frames
     receiver.start(running.board.now_ns + _LEAD_NS)
     running.board.run_for(_LEAD_NS + count * 1e9 / _RATE_HZ + _SERVED_WITHIN_NS)
@@ -98,9 +102,11 @@ def _board(rig: Rig, load: str) -> Running:
     return running
 
 
-def flight(rig: Rig, count: int, load: str) -> tuple[list[float], int, list[DownlinkFrame]]:
+def flight(
+    rig: Rig, count: int, load: str, frames: Frames = control_frames
+) -> tuple[list[float], int, list[DownlinkFrame]]:
     """What `fly` finds on a board of its own with this load."""
-    return fly(_board(rig, load), count)
+    return fly(_board(rig, load), count, frames())
 
 
 def latency(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:

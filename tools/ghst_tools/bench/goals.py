@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ghst_tools.bench.figures import Findings, Spread, Table
-from ghst_tools.bench.kinds import EIGHT_PLAIN, SIXTEEN_SHAPED
+from ghst_tools.bench.kinds import EIGHT_ARMED, EIGHT_PLAIN, SIXTEEN_SHAPED
 
 LATENCY_US, AIM_US = 35.0, 25.0
 SHARE_PERCENT = 2.0
@@ -18,6 +18,7 @@ KEPT = {".mpy": (40 * 1024, 40_000), "frozen": (16 * 1024, 16_000)}
 TITLES = ("Goals", "Why goals are missed")
 
 # What holds in place of goals that are known to be missed.
+_ARMED_US = 36.0
 _SIXTEEN_US = 46.0
 _SIXTEEN_PERCENT = 2.4
 _TALKING_PERCENT = 3.0
@@ -26,6 +27,12 @@ _WHY_NOT_AIM = (
     "The decoder within the handler would reach it: a second copy of its text in RAM, for which "
     "there is no room within the goal for RAM, and without MSP, since with it the function is too "
     "big for viper (other ways that were tried, below)."
+)
+_WHY_ARMED = (
+    "Everything at once: the function for shaped outputs looks at the link and at the arm channel "
+    "before it comes to the outputs. What would make it faster is measured below: the frame "
+    "interrupt would have to trust that function with the limits of pulses, or to have the decoder "
+    "within it, for which there is no room."
 )
 _WHY_SIXTEEN = (
     "Twice as many outputs are worked out one after the other, and eight compare registers are "
@@ -101,9 +108,10 @@ def tables(found: Sequence[Goal]) -> tuple[Table, ...]:
     reached = Table(
         TITLES[0],
         "What the firmware is to keep to on the emulated chip, and the worst of what was "
-        "measured; how is told below. The time to the registers is a goal for eight outputs, "
-        "plain or shaped; sixteen stand beside it. An aim is wished for: `make bench` fails with "
-        "any other goal that is missed, unless it is known to be and its own limit holds.",
+        "measured; how is told below. The time to the registers is a goal for eight servos, "
+        "plain or shaped; motors and sixteen outputs stand beside it. An aim is wished for: "
+        "`make bench` fails with any other goal that is missed, unless it is known to be and the "
+        "limit in its place holds.",
         ("goal", "reached", ""),
         tuple((goal.name, goal.reached, goal.verdict) for goal in found),
     )
@@ -131,6 +139,8 @@ def _latency_goals(findings: Findings) -> list[Goal]:
         goal = _at_most(f"{kind} {name}", _p99(us), LATENCY_US, "us")
         if kind == SIXTEEN_SHAPED:
             goal = _known(goal, _p99(us), _SIXTEEN_US, "us", _WHY_SIXTEEN)
+        elif kind == EIGHT_ARMED:
+            goal = _known(goal, _p99(us), _ARMED_US, "us", _WHY_ARMED)
         found.append(goal)
     return found
 

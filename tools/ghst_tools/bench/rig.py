@@ -79,14 +79,17 @@ class Rig:
         varied.files = self.files | device_files.compile_texts(texts, self.definition.mpy_arch)
         return varied
 
-    def with_outputs(self, outputs: Mapping[int, Mapping[str, Any]]) -> Rig:
+    def with_outputs(
+        self, outputs: Mapping[int, Mapping[str, Any]], others: Mapping[str, Any]
+    ) -> Rig:
         """A rig whose boards have these outputs in their configuration: GPIO -> its values.
 
-        Those that a board has by default have to be among them.
+        Those that a board has by default have to be among them. `others`: the other sections.
         """
         other = copy.copy(self)
         other.servos = {pin: point["channel"] for pin, point in outputs.items()}
-        configuration = {"outputs": {f"{pin}": point for pin, point in outputs.items()}}
+        points = {f"{pin}": point for pin, point in outputs.items()}
+        configuration = {"outputs": points, **others}
         other.files = self.files | {"/ghst.json": json.dumps(configuration).encode()}
         other._start = _START_CONFIGURED
         return other

@@ -54,7 +54,7 @@ def measurements(
     yield "share of the CPU", partial(share.share, rig, effort, findings)
     yield "plain and shaped outputs", partial(kinds.kinds, rig, effort, findings)
     if effort.variant_frames:
-        yield "other ways for sixteen outputs", partial(kinds.ways, rig, effort)
+        yield "other ways for shaped outputs", partial(kinds.ways, rig, effort)
     yield "pulses at the pins", partial(outputs.pulses, rig, effort, findings)
     yield "failsafe", partial(control_path.failsafe, rig, effort)
     yield "power-on to pulses", partial(outputs.boot, rig, effort)

@@ -96,32 +96,36 @@ class Talking:
         return self.board.read32(self._count) - before
 
     def rounds_in_flight(
-        self, seconds: float, rate_hz: float, talk: bool
+        self, seconds: float, rate_hz: float, talk: bool, frames: Iterator[bytes] | None = None
     ) -> tuple[int, list[bytes]]:
         """The same with control frames, with telemetry behind each if `talk`; and the frames.
+
+        `frames`: others than `control_frames()`.
 
         Raises AssertionError if telemetry is missing, or is there and should not be.
         """
         sent, wrong = self.word("TELEMETRY_FRAMES"), self.word("COLLISIONS")
-        receiver: GhostReceiver = self.running.receiver(self._frames(talk), rate_hz)
+        source = self._frames(talk, frames or control_frames())
+        receiver: GhostReceiver = self.running.receiver(source, rate_hz)
         receiver.start(self.board.now_ns + _LEAD_SHARE * 1e9 / rate_hz)
         left = self.rounds(seconds)
         receiver.stop()
-        frames = [frame for _, frame in receiver.sent]
+        sent_frames = [frame for _, frame in receiver.sent]
         found = self.word("TELEMETRY_FRAMES") - sent, self.word("COLLISIONS") - wrong
-        if found != (talk * len(frames), 0):
-            raise AssertionError(f"{len(frames)} frames; telemetry frames, collisions: {found}")
-        return left, frames
+        count = len(sent_frames)
+        if found != (talk * count, 0):
+            raise AssertionError(f"{count} frames; telemetry frames, collisions: {found}")
+        return left, sent_frames
 
-    def _frames(self, talk: bool) -> Iterator[bytes]:
+    def _frames(self, talk: bool, frames: Iterator[bytes]) -> Iterator[bytes]:
         # The mode has to be known for the first.
         if talk:
             self.running.wire.send(_LINK_DATA, self.board.now_ns + _LEAD_NS)
             self.board.run_for(2 * _LEAD_NS)
-        return self._handing(talk)
+        return self._handing(talk, frames)
 
-    def _handing(self, talk: bool) -> Iterator[bytes]:
-        for frame in control_frames():
+    def _handing(self, talk: bool, frames: Iterator[bytes]) -> Iterator[bytes]:
+        for frame in frames:
             if talk:
                 self.hand_over()
             yield frame
