@@ -30,9 +30,9 @@ _WHY_NOT_AIM = (
 )
 _WHY_ARMED = (
     "Everything at once: the function for shaped outputs looks at the link and at the arm channel "
-    "before it comes to the outputs. What would make it faster is measured below: the frame "
-    "interrupt would have to trust that function with the limits of pulses, or to have the "
-    "decoder within it, for which there is no room."
+    "before it comes to the outputs. What would make it faster is measured below: to hold pulses "
+    "to their limits once and not twice is not enough, and for the decoder within the handler "
+    "there is no room."
 )
 _WHY_SIXTEEN = (
     "Twice as many outputs are worked out one after the other, and eight compare registers are "

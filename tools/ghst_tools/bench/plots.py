@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from ghst_tools.bench.figures import Findings
 from ghst_tools.bench.goals import AIM_US, LATENCY_US, PULSE_US, SLOT_US
@@ -78,6 +79,9 @@ def _draw(path: Path, plot: _Plot, note: str) -> None:
         _mark(panel, plot, low, high)
         panel.set_yscale("log")
         panel.set_ylim(0.7, 2 * max(len(found), 2))
+        ticks = [10**power for power in range(len(f"{len(found)}"))]
+        panel.set_yticks(ticks, [f"{tick}" for tick in ticks], fontsize=8)
+        panel.yaxis.set_minor_locator(NullLocator())
         panel.set_ylabel(f"{plot.counted} (log.)", fontsize=8)
         panel.set_title(f"{name}: {len(found)}", fontsize=9, loc="left")
         panel.grid(color=_GRID, linewidth=0.6)

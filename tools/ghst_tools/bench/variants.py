@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
 
 from ghst_tools.bench.control_path import latencies_us
 from ghst_tools.bench.echo import ECHO_WAYS, SHARE_HZ, cost
@@ -161,37 +164,38 @@ def others(rig: Rig) -> dict[str, dict[str, Sequence[Change]]]:
     }
 
 
+def _measured(
+    rig: Rig, effort: Effort, name: str, changes: dict[str, Sequence[Change]]
+) -> tuple[tuple[str, ...], float | None]:
+    """The row of one of them, and its share of the CPU if its echo is measured."""
+    try:
+        variant = rig.variant(changes) if changes else rig
+    except GhstError as error:
+        # What the compiler says stands behind the name of the file.
+        return (name, str(error).rpartition(": ")[2], *4 * ("",)), None
+    found, lost = latencies_us(variant.asleep, effort.variant_frames)
+    if lost:
+        raise AssertionError(f"{name}: {lost} frames lost")
+    spread = Spread.of(found)
+    echo = taken = ""
+    percent = None
+    if not changes or name in ECHO_WAYS:
+        cycles, percent = cost(variant, effort)
+        echo, taken = f"{cycles}", f"{percent:.2f} %"
+    more = f"{_size(variant) - _size(rig):+d}" if changes else ""
+    row = (name, f"{spread.mean:.2f}", f"{spread.maximum:.2f}", echo, taken, more)
+    return row, percent
+
+
 def variants(rig: Rig, effort: Effort, findings: Findings) -> tuple[Table, ...]:
     """How late the registers are with each of them, and what an echo costs."""
+    ways = others(rig)
     rows = []
-    size = _size(rig)
-    for name, changes in others(rig).items():
-        try:
-            variant = rig.variant(changes) if changes else rig
-        except GhstError as error:
-            # What the compiler says stands behind the name of the file.
-            rows.append((name, str(error).rpartition(": ")[2], *4 * ("",)))
-            continue
-        found, lost = latencies_us(variant.asleep, effort.variant_frames)
-        if lost:
-            raise AssertionError(f"{name}: {lost} frames lost")
-        spread = Spread.of(found)
-        echo = taken = ""
-        if not changes or name in ECHO_WAYS:
-            cycles, percent = cost(variant, effort)
-            echo, taken = f"{cycles}", f"{percent:.2f} %"
-            if changes:
-                findings.ways_percent[name] = percent
-        rows.append(
-            (
-                name,
-                f"{spread.mean:.2f}",
-                f"{spread.maximum:.2f}",
-                echo,
-                taken,
-                f"{_size(variant) - size:+d}" if changes else "",
-            )
-        )
+    with ProcessPoolExecutor(mp_context=get_context("fork")) as pool:
+        for row, percent in pool.map(partial(_measured, rig, effort), ways, ways.values()):
+            rows.append(row)
+            if percent is not None and row[0] in ECHO_WAYS:
+                findings.ways_percent[row[0]] = percent
     table = Table(
         "Other ways that were tried",
         "Last stop bit to last compare register, in microseconds, with an idle main loop and "
