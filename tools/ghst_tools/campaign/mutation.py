@@ -23,8 +23,9 @@ _PARTS = ("boards", "docs", "firmware", "host_tests", "lib", "tools", "pyproject
 _LIMIT_S = 3600
 """Far beyond what any selection takes: ends tests that hang."""
 _PASSED, _FAILED = 0, 1
-# What cannot be collected or set up is an ERROR.
-_FAILURE = re.compile(r"^FAILED host_tests/\S+?::(.+?)(?: - .*)?$", re.MULTILINE)
+# A board that cannot be set up for a test is an ERROR of that test. What cannot be collected is an
+# ERROR of its file, and another exit status.
+_FAILURE = re.compile(r"^(?:FAILED|ERROR) host_tests/\S+?::(.+?)(?: - .*)?$", re.MULTILINE)
 
 
 def mutated(mutation: Mutation, root: Path) -> str:
