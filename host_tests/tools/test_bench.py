@@ -279,7 +279,7 @@ def test_goals_for_ram_are_told_beside_their_aims() -> None:
         ("kinds_us", {kinds.SIXTEEN_SHAPED: {"idle": [45.0]}}, ""),
         ("kinds_us", {kinds.SIXTEEN_SHAPED: {"idle": [46.5]}}, "<= 35 us: 46.50 us"),
         ("kinds_us", {kinds.EIGHT_ARMED: {"idle": [36.5]}}, "<= 35 us: 36.50 us"),
-        ("kinds_us", {kinds.EIGHT_SHAPED: {"idle": [36.0]}}, "<= 35 us: 36.00 us"),
+        ("kinds_us", {kinds.EIGHT_SHAPED: {"idle": [36.5]}}, "<= 35 us: 36.50 us"),
         ("kinds_percent", {kinds.SIXTEEN_SHAPED: 2.3}, ""),
         ("kinds_percent", {kinds.SIXTEEN_SHAPED: 2.5}, "<= 2 %: 2.50 %"),
     ],
