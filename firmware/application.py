@@ -50,7 +50,7 @@ class Application:
         self.adapter = adapter
         self.receiver = adapter.receiver
         self.sensors = {}
-        waiting, self.missing = devices.waiting(values)
+        waiting, self.missing = devices.waiting(values, adapter.control.restarted)
         self.search = Search(waiting)
         self.cycle_time_us = 0
         self.faults = 0

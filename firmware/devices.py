@@ -16,10 +16,11 @@ _I2C_HZ = 400_000
 _UNPLUGGED_MS = 3000  # as `firmware.sensors.cells` has it
 
 
-def waiting(values):
+def waiting(values, restarted):
     """Returns ({name: (probe, arguments)}, [line about each sensor that cannot be]).
 
-    `values`: those of the configuration. No sensor keeps the servos from moving.
+    `values`: those of the configuration; `restarted`: whether the watchdog has restarted the chip.
+    No sensor keeps the servos from moving.
     """
     found = {}
     missing = []
@@ -31,13 +32,13 @@ def waiting(values):
     ):
         if values[name]["enabled"]:
             try:
-                found[name] = prepare(values[name], values["i2c"])
+                found[name] = prepare(values[name], values["i2c"], restarted)
             except (ValueError, TypeError) as error:
                 missing.append(f"{name}: {error}")
     return found, missing
 
 
-def _battery_probe(own, i2c):
+def _battery_probe(own, i2c, restarted):
     if sys.platform == "esp32":
         from firmware.calibrated_adc import CalibratedAdc as Adc
     else:
@@ -61,12 +62,13 @@ def _battery_probe(own, i2c):
     return probe, arguments
 
 
-def _gps_probe(own, i2c):
+def _gps_probe(own, i2c, restarted):
     # The ESP-IDF takes no buffer that is smaller than what the UART itself holds.
     size = 256 if sys.platform == "esp32" else 64
     pins = {"tx": own["tx_pin"], "rx": own["rx_pin"]}
     uart = machine.UART(own["uart"], _GPS_BAUD_RATE, rxbuf=size, txbuf=size, **pins)
-    return uart, (uart, own["minimum_satellites"], own["configure"])
+    # The watchdog bites in the air, too: then home is not where the model is now.
+    return uart, (uart, own["minimum_satellites"], own["configure"], not restarted)
 
 
 def _i2c_probe(own, i2c, addresses):
@@ -81,11 +83,11 @@ def _i2c_probe(own, i2c, addresses):
     return controller, addresses if own["address"] is None else bytes((own["address"],))
 
 
-def _barometer_probe(own, i2c):
+def _barometer_probe(own, i2c, restarted):
     return _i2c_probe(own, i2c, _BAROMETERS), (i2c, own["address"])
 
 
-def _magnetometer_probe(own, i2c):
+def _magnetometer_probe(own, i2c, restarted):
     arguments = (
         i2c,
         own["address"],
@@ -138,22 +140,15 @@ def _battery(
     )
 
 
-def _gps(search, uart, minimum_satellites, configure):
+def _gps(search, uart, minimum_satellites, configure, takes_home):
     from firmware.sensors.gps import Gps
 
-    gps = Gps(uart, minimum_satellites=minimum_satellites, configure=configure)
-    # The watchdog bites in the air, too: then home is not where the model is now.
-    gps.takes_home = not _restarted_by_watchdog()
-    return gps
-
-
-def _restarted_by_watchdog():
-    if sys.platform == "esp32":
-        return machine.reset_cause() == machine.WDT_RESET
-    from firmware import chip
-
-    register = chip.this_chip().WATCHDOG + chip.WATCHDOG_REASON
-    return machine.mem32[register] & 1 != 0
+    return Gps(
+        uart,
+        minimum_satellites=minimum_satellites,
+        configure=configure,
+        takes_home=takes_home,
+    )
 
 
 def _bus(search, i2c):

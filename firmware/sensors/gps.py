@@ -35,7 +35,7 @@ class Gps:
     home lies seen from here). Home is the last of the first five good positions in a row: in
     three dimensions, from enough satellites, not above a PDOP of 5.00, and with UBX not less
     exact than 10 m. Of a receiver that tells no PDOP for seconds, HDOP counts, up to 2.50.
-    `takes_home`: False for one that may be in the air already, then home stays unknown.
+    `takes_home`: as given; home stays unknown while it is False.
     `updates`: solutions so far, `faults`: sentences and frames that were broken or made no sense,
     and how often the receiver was lost, both modulo 2^30. `baudrate`: None while it is searched
     for; `protocol`: "NMEA", "UBX", None before the first solution.
@@ -44,11 +44,12 @@ class Gps:
     rate and the messages of the set-up; to read `lon_e7` allocates beyond 107 degrees.
     """
 
-    def __init__(self, uart, *, minimum_satellites=6, configure=True):
+    def __init__(self, uart, *, minimum_satellites=6, configure=True, takes_home=True):
         """Takes the UART over and begins to listen.
 
         `uart`: a `machine.UART`; its baud rate and its buffers are set here. `minimum_satellites`
-        for home: 4..32. `configure`: whether a u-blox is set up. Raises `ValueError`.
+        for home: 4..32. `configure`: whether a u-blox is set up. `takes_home`: whether the model
+        is on the ground, so that home is where it is now. Raises `ValueError`.
         """
         if not 4 <= minimum_satellites <= 32:
             raise ValueError(f"minimum_satellites is {minimum_satellites}, must be 4..32")
@@ -60,7 +61,7 @@ class Gps:
         self.points = array("i", (0, 0, 0, 0))
         self.updates = self.faults = 0
         self.home_fix = False
-        self.takes_home = True
+        self.takes_home = takes_home
         self.baudrate = self.protocol = None
         self.forget()
         # The ESP-IDF takes no buffer that is smaller than what the UART itself holds.
